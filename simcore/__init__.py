@@ -1,0 +1,1 @@
+"""simcore: which patient lift design drops the patient, and which presses too hard."""
