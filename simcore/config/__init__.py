@@ -1,0 +1,15 @@
+"""YAML → validated designs → candidates. YAML is read here and nowhere else."""
+
+from simcore.config.designs import BodyDesign, Design, DeviceDesign, Method, Posture
+from simcore.config.study import Candidate, Study, load_study
+
+__all__ = [
+    "BodyDesign",
+    "Candidate",
+    "Design",
+    "DeviceDesign",
+    "Method",
+    "Posture",
+    "Study",
+    "load_study",
+]
