@@ -2,6 +2,7 @@
 
 from simcore.config.designs import BodyDesign, Design, DeviceDesign, Method, Posture
 from simcore.config.study import Candidate, Study, load_study
+from simcore.config.yaml_file import parse_scalar, read_design
 
 __all__ = [
     "BodyDesign",
@@ -12,4 +13,6 @@ __all__ = [
     "Posture",
     "Study",
     "load_study",
+    "parse_scalar",
+    "read_design",
 ]

@@ -5,7 +5,8 @@ from these models (`simcore.config.reference`). Keys carry their unit; angles ar
 YAML and radians everywhere else (`Angle` fields are read through the `*_rad` properties).
 """
 
-from math import radians
+import itertools
+from math import pi, radians, tan
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -39,7 +40,10 @@ class BodyDesign(Strict):
 
 
 class SeatAndBackrest(Strict):
-    """A seat and a reclined backrest joined by a fillet, one slab of even thickness."""
+    """A seat and a reclined backrest joined by a fillet, one slab of even thickness.
+
+    Both may be dished: flat in the middle, raised at their sides.
+    """
 
     shape: Literal["seat_and_backrest"]
     seat_depth_m: Annotated[Positive, Field(description="seat, from its front to the backrest")]
@@ -52,6 +56,9 @@ class SeatAndBackrest(Strict):
         Positive, Field(description="radius of the corner and of the front edge")
     ]
     thickness_m: Annotated[Positive, Field(description="thickness of the slab")]
+    dish_depth_m: Annotated[
+        float, Field(ge=0, le=0.2, description="rise of the sides over the middle")
+    ]
     vertex_count: Annotated[int, Field(ge=500, le=500_000, description="vertices, about")]
 
     @property
@@ -61,10 +68,12 @@ class SeatAndBackrest(Strict):
 
     @model_validator(mode="after")
     def _fillets_fit(self):
-        # The corner fillet eats r·tan((90° − recline)/2) of seat and backrest, the front edge r.
-        if 2 * self.fillet_radius_m >= min(self.seat_depth_m, self.backrest_height_m):
+        # The corner's fillet takes r·tan((90° − recline)/2) of the seat, the front edge another r.
+        needed = self.fillet_radius_m * (1 + tan((pi / 2 - self.recline_rad) / 2))
+        if needed >= min(self.seat_depth_m, self.backrest_height_m):
             raise ValueError(
-                "fillet_radius_m must be less than half of seat_depth_m and backrest_height_m"
+                f"the fillets take {needed:.3f} m of seat_depth_m and backrest_height_m, "
+                "which must be longer"
             )
         if self.thickness_m > self.fillet_radius_m:
             raise ValueError("thickness_m must not exceed fillet_radius_m")
@@ -107,7 +116,7 @@ class MotionProgram(Strict):
     @model_validator(mode="after")
     def _in_order(self):
         times = [keyframe.time_s for keyframe in self.keyframes]
-        if times[0] != 0 or any(b <= a for a, b in zip(times, times[1:], strict=False)):
+        if times[0] != 0 or any(b <= a for a, b in itertools.pairwise(times)):
             raise ValueError("keyframes must start at time_s 0 and rise in time")
         for name in ("translation_axis", "rotation_axis"):
             if not any(getattr(self, name)):

@@ -23,7 +23,7 @@ from simcore.config.designs import (
     Strict,
 )
 from simcore.config.paths import resolve_path, set_value
-from simcore.config.yaml_file import read_yaml, validate
+from simcore.config.yaml_file import read_design, read_yaml, validate
 from simcore.errors import DesignError
 
 Scalar = bool | int | float | str
@@ -73,15 +73,22 @@ class StudyFile(Strict):
     posture: Annotated[str, Field(description="name under designs/postures")]
     method: Annotated[str, Field(description="name under designs/methods")]
     set: Annotated[
-        dict[str, Scalar], Field(description="values that replace those of the designs, by path")
-    ] = {}
+        dict[str, Scalar],
+        Field(
+            default_factory=dict, description="values that replace those of the designs, by path"
+        ),
+    ]
     axes: Annotated[
         dict[str, Range | Linspace | tuple[Scalar, ...]],
-        Field(description="values to vary, by path: a list, {start, stop, step} or {…, count}"),
-    ] = {}
+        Field(
+            default_factory=dict,
+            description="values to vary, by path: a list, {start, stop, step} or {…, count}",
+        ),
+    ]
     candidates_per_job: Annotated[
-        int, Field(ge=1, description="candidates that one job simulates in one process")
-    ] = 4
+        int | None,
+        Field(ge=1, description="candidates that one process simulates; chosen when left out"),
+    ] = None
 
     @model_validator(mode="after")
     def _values_differ(self):
@@ -240,7 +247,7 @@ def _read_design(model, root: Path, kind: str, name: str, study: Path):
         known = ", ".join(sorted(each.stem for each in file.parent.glob("*.yaml"))) or "none"
         key = {"devices": "device", "postures": "posture", "methods": "method"}.get(kind, kind)
         raise DesignError(f"{study}: {key}: no {file.relative_to(root)}; accepted: {known}")
-    return validate(model, read_yaml(file), file.relative_to(root))
+    return read_design(model, file)
 
 
 def _validate_point(tree: dict, source: str) -> None:

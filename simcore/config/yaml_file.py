@@ -35,6 +35,20 @@ def read_yaml(path: Path) -> dict:
     return data
 
 
+def parse_scalar(text: str) -> bool | int | float | str:
+    """Return a value as YAML reads it; anything but a scalar stays the text it was."""
+    try:
+        value = YAML(typ="safe", pure=True).load(text)
+    except YAMLError:
+        return text
+    return value if isinstance(value, bool | int | float) else text
+
+
+def read_design(model: type[Model], path: Path) -> Model:
+    """Return the validated design in a YAML file."""
+    return validate(model, read_yaml(path), path)
+
+
 def validate(model: type[Model], data: object, source: str | Path, prefix: str = "") -> Model:
     """Validate `data`; `source` and `prefix` say in the message where it came from."""
     try:

@@ -1,0 +1,5 @@
+"""Dataset → one HTML file with verdicts, charts, pictures and provenance."""
+
+from simcore.report.html import build_report
+
+__all__ = ["build_report"]

@@ -1,0 +1,21 @@
+# A study (config/*.yaml) → its candidates → dataset → report. Run by `make sweep`.
+from pathlib import Path
+
+from simcore.config import load_study
+from simcore.provenance import presentation_digest, simulation_digest
+from simcore.sweep import jobs_of
+
+STUDY = load_study(Path(config.get("study", "config/lift_angle.yaml")))
+JOBS = jobs_of(STUDY)
+RESULTS = f"results/{STUDY.name}"
+
+
+rule all:
+    input:
+        f"{RESULTS}/dataset.nc",
+        f"{RESULTS}/report.html",
+
+
+include: "workflow/rules/bodies.smk"
+include: "workflow/rules/candidates.smk"
+include: "workflow/rules/results.smk"

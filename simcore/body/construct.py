@@ -1,0 +1,104 @@
+"""From a body design to the arrays of a body: phenotype, surface, skeleton, inertia, skin."""
+
+from functools import lru_cache
+
+import numpy as np
+import scipy.sparse as sparse
+
+from simcore.body.cache import cache_folder, cached_arrays, content_key
+from simcore.body.inertia import SegmentInertias, inertia_from_de_leva, inertia_from_mesh
+from simcore.body.makehuman import DATA, SOURCES, load_template
+from simcore.body.phenotype import BodyFamily, body_family, fit_phenotype
+from simcore.body.regions import vertex_regions
+from simcore.body.remesh import remesh
+from simcore.body.skeleton import Skeleton, build_skeleton, joint_placements
+from simcore.body.skin import SKIN_FIELDS, build_skin, vertex_normals
+from simcore.body.surface import closing_operator, remesh_operator
+from simcore.errors import DesignError
+
+SMALLEST_WEIGHT = 0.01  # ASSUME: skin weights below this are dropped and the rest renormalised
+
+
+def family_of(design) -> BodyFamily:
+    """All bodies of the design's sex and age, as closed surfaces."""
+    return body_family(design.sex, design.age_years, _closing(), load_template().faces)
+
+
+def construct_body(design, name: str) -> dict[str, np.ndarray]:
+    """Everything a body is rebuilt from, by name.
+
+    Raises
+    ------
+    DesignError
+        If stature or mass is out of reach.
+    """
+    template, closing, whole = load_template(), _closing(), family_of(design)
+    target = (name, design.stature_m, design.mass_kg)
+    first = fit_phenotype(whole, *target)
+    evenly = remesh(whole.surface_vertices(first), template.faces, design.skin_vertices)
+    mapping = remesh_operator(evenly, template.faces, closing.shape[0])
+    # Chords cut volume and stature a little: fit again through the remesh itself, so that both
+    # hold for the surface that is simulated.
+    seen = whole.through((mapping @ closing).tocsr(), evenly.faces)
+    phenotype = fit_phenotype(seen, *target)
+    vertices = seen.surface_vertices(phenotype)
+    weights = _pruned(mapping @ template.segment_weights)
+    skeleton = build_skeleton(template, seen.vertices(phenotype))
+    vertices, skeleton = _stand_on_origin(vertices, skeleton)
+    inertias = _inertias(design, name, vertices, evenly.faces, weights, skeleton)
+    skin = build_skin(
+        vertices, evenly.faces, weights, skeleton.origins, skeleton.rest_rotations
+    )
+    regions = vertex_regions(vertices, vertex_normals(skin, vertices), weights, skeleton)
+    return {
+        "stature": np.array(np.ptp(vertices[:, 2])),
+        "placements": joint_placements(skeleton),
+        "masses": inertias.masses,
+        "coms": inertias.coms,
+        "inertias": inertias.inertias,
+        "rest_rotations": skeleton.rest_rotations,
+        "rest_root": skeleton.origins[0],
+        "vertex_region": regions,
+        **{field: getattr(skin, field) for field in SKIN_FIELDS},
+    }
+
+
+@lru_cache(maxsize=1)
+def _closing() -> sparse.csr_matrix:
+    key = content_key((*SOURCES, "surface"), DATA)
+    path = cache_folder() / "makehuman" / f"closing-{key}.npz"
+
+    def make():
+        operator = closing_operator(load_template())
+        return {"data": operator.data, "indices": operator.indices, "indptr": operator.indptr,
+                "shape": np.array(operator.shape)}
+
+    stored = cached_arrays(path, make)
+    return sparse.csr_matrix(
+        (stored["data"], stored["indices"], stored["indptr"]), shape=tuple(stored["shape"])
+    )
+
+
+def _inertias(design, name, vertices, faces, weights, skeleton) -> SegmentInertias:
+    if design.inertia == "mesh":
+        return inertia_from_mesh(vertices, faces, weights, skeleton, design.mass_kg)
+    if design.inertia == "de_leva":
+        return inertia_from_de_leva(
+            design.sex, design.stature_m, design.mass_kg, skeleton, vertices
+        )
+    raise DesignError(
+        f"body {name}: inertia {design.inertia!r} is not one of mesh, de_leva"
+    )
+
+
+def _pruned(weights: np.ndarray) -> np.ndarray:
+    kept = np.where(weights < SMALLEST_WEIGHT, 0.0, weights)
+    return kept / kept.sum(axis=1, keepdims=True)
+
+
+def _stand_on_origin(
+    vertices: np.ndarray, skeleton: Skeleton
+) -> tuple[np.ndarray, Skeleton]:
+    """Shift a rest pose so that its lowest point is at z = 0 and its root above the origin."""
+    shift = np.array([*skeleton.origins[0, :2], vertices[:, 2].min()])
+    return vertices - shift, Skeleton(skeleton.origins - shift, skeleton.rest_rotations)

@@ -1,0 +1,172 @@
+"""Even remesh of a closed surface by local operations, with every vertex on the original surface.
+
+The operations are those of Botsch and Kobbelt (2004), "A remeshing approach to multiresolution
+modeling": split long edges, collapse short ones, flip for valence 6, relax in the tangent plane,
+project back.  None of them can open the surface or change its genus.
+"""
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from scipy.spatial import cKDTree
+
+from simcore.body.remesh_operations import (
+    MAX_VALENCE,
+    collapse_short,
+    fill_incident,
+    flip_for_valence,
+    relax,
+    split_long,
+)
+
+ITERATIONS = 14
+CANDIDATE_VERTICES = 10  # nearest source vertices whose triangles are searched for a projection
+
+njit = numba.njit(cache=True, error_model="numpy", fastmath=False)
+
+
+@dataclass(frozen=True, eq=False)
+class Remesh:
+    """Triangles over points of a source surface.
+
+    Attributes
+    ----------
+    faces : (f, 3) int32
+    source_faces : (n,) int32
+        Triangle of the source that carries each vertex.
+    barycentric : (n, 3) float64
+        Coordinates in that triangle; rows sum to 1.
+    """
+
+    faces: np.ndarray
+    source_faces: np.ndarray
+    barycentric: np.ndarray
+
+
+def remesh(vertices: np.ndarray, faces: np.ndarray, vertex_count: int) -> Remesh:
+    """Remesh a closed surface (vertices (n, 3) [m], faces (f, 3)) to about `vertex_count`."""
+    triangles = vertices[faces]
+    area = np.linalg.norm(
+        np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1
+    ).sum() / 2
+    edge = np.sqrt(2 * area / (np.sqrt(3) * vertex_count))  # of equilateral triangles
+    points, triangulation = vertices, faces
+    source = _Source(vertices, faces, edge / 2)
+    for _ in range(ITERATIONS):
+        points, triangulation = _one_iteration(points, triangulation, edge)
+        points, source_faces, barycentric = source.project(points, triangulation)
+        edge *= np.sqrt(len(points) / vertex_count)
+    return Remesh(triangulation, source_faces, barycentric)
+
+
+class _Source:
+    """The original surface, searched through points spread over it no further than `spacing`."""
+
+    def __init__(self, vertices: np.ndarray, faces: np.ndarray, spacing: float):
+        self.vertices, self.faces = vertices, faces
+        corners = vertices[faces]
+        longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+        samples, owners = [], []
+        for cuts in range(1, int(np.ceil(longest.max() / spacing)) + 1):
+            chosen = np.flatnonzero(np.maximum(np.ceil(longest / spacing), 1) == cuts)
+            grid = [(i, j, cuts - i - j) for i in range(cuts + 1) for j in range(cuts + 1 - i)]
+            # Points are drawn towards the centroid so that each belongs to one triangle.
+            mix = 0.9 * np.array(grid) / cuts + 0.1 / 3
+            samples.append(np.einsum("gk,fkc->fgc", mix, corners[chosen]).reshape(-1, 3))
+            owners.append(np.repeat(chosen, len(grid)))
+        self.tree = cKDTree(np.concatenate(samples))
+        self.owners = np.concatenate(owners).astype(np.int32)
+
+    def project(self, points: np.ndarray, triangulation: np.ndarray):
+        """Closest surface points (n, 3), their triangles (n,) and coordinates there (n, 3)."""
+        _, nearest = self.tree.query(points, k=CANDIDATE_VERTICES)
+        normals = _normals(points, triangulation)
+        return _closest(points, normals, self.owners[nearest], self.vertices, self.faces)
+
+
+def _one_iteration(points: np.ndarray, faces: np.ndarray, edge: float):
+    """Split, collapse, flip and relax once; compact arrays in and out."""
+    room_points = np.empty((6 * len(points) + 60000, 3))
+    room_points[: len(points)] = points
+    room_faces = np.full((12 * len(points) + 120000, 3), -1, np.int32)
+    room_faces[: len(faces)] = faces
+    incident = np.full((len(room_points), MAX_VALENCE), -1, np.int32)
+    valence = np.zeros(len(room_points), np.int32)
+    fill_incident(faces, incident, valence)
+    counts = np.array([len(points), len(faces)])
+    split_long(room_points, room_faces, incident, valence, counts, edge)
+    collapse_short(room_points, room_faces, incident, valence, counts, edge)
+    flip_for_valence(room_points, room_faces, incident, valence, counts)
+    relax(room_points, room_faces, incident, valence, counts)
+    kept = room_faces[: counts[1]]
+    kept = kept[kept[:, 0] >= 0]
+    used = np.unique(kept)
+    renumbered = np.full(counts[0], -1, np.int32)
+    renumbered[used] = np.arange(len(used), dtype=np.int32)
+    return room_points[used], renumbered[kept]
+
+
+def _normals(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Area-weighted vertex normals (n, 3), not normalised."""
+    corners = points[faces]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = np.zeros_like(points)
+    for column in range(3):
+        np.add.at(normals, faces[:, column], cross)
+    return normals
+
+
+@njit
+def _closest_in_triangle(p, a, b, c):
+    """Barycentric coordinates of the point of triangle abc nearest p (Ericson 2005, § 5.1.5)."""
+    ab, ac, ap = b - a, c - a, p - a
+    d1, d2 = ab @ ap, ac @ ap
+    if d1 <= 0 and d2 <= 0:
+        return 1.0, 0.0, 0.0
+    bp = p - b
+    d3, d4 = ab @ bp, ac @ bp
+    if d3 >= 0 and d4 <= d3:
+        return 0.0, 1.0, 0.0
+    vc = d1 * d4 - d3 * d2
+    if vc <= 0 and d1 >= 0 and d3 <= 0:
+        return 1 - d1 / (d1 - d3), d1 / (d1 - d3), 0.0
+    cp = p - c
+    d5, d6 = ab @ cp, ac @ cp
+    if d6 >= 0 and d5 <= d6:
+        return 0.0, 0.0, 1.0
+    vb = d5 * d2 - d1 * d6
+    if vb <= 0 and d2 >= 0 and d6 <= 0:
+        return 1 - d2 / (d2 - d6), 0.0, d2 / (d2 - d6)
+    va = d3 * d6 - d5 * d4
+    if va <= 0 and d4 - d3 >= 0 and d5 - d6 >= 0:
+        w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
+        return 0.0, 1 - w, w
+    total = va + vb + vc
+    return va / total, vb / total, vc / total
+
+
+@njit
+def _closest(points, normals, candidates, vertices, faces):
+    """Nearest of the candidate triangles that face the same way as the vertex normal."""
+    found = np.empty_like(points)
+    triangle = np.empty(len(points), np.int32)
+    barycentric = np.empty_like(points)
+    for i in range(len(points)):
+        best = np.inf
+        for same_way in (True, False):
+            for f in candidates[i]:
+                a, b, c = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
+                if same_way and np.cross(b - a, c - a) @ normals[i] <= 0:
+                    continue
+                u, v, w = _closest_in_triangle(points[i], a, b, c)
+                q = u * a + v * b + w * c
+                distance = (q - points[i]) @ (q - points[i])
+                if distance < best:
+                    best = distance
+                    found[i] = q
+                    triangle[i] = f
+                    barycentric[i, 0], barycentric[i, 1], barycentric[i, 2] = u, v, w
+            if best < np.inf:
+                break
+    return found, triangle, barycentric

@@ -1,0 +1,149 @@
+"""Skinning of listed vertices only, and its transpose: the fast path of `simcore.body.skin`."""
+
+import numpy as np
+from numba import njit
+
+from simcore.body.skin import Skin
+
+
+def segment_balls(skin: Skin, segment_count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return centre (m, 3) and radius (m,) of a ball around each segment's skin [m]."""
+    centre, radius = np.zeros((segment_count, 3)), np.zeros(segment_count)
+    for j in range(segment_count):
+        points = skin.influence_point[skin.influence_segment == j]
+        centre[j] = (points.min(axis=0) + points.max(axis=0)) / 2
+        radius[j] = np.linalg.norm(points - centre[j], axis=1).max()
+    return centre, radius
+
+
+def normal_turn_rate(skin: Skin, segment_radius: np.ndarray) -> np.ndarray:
+    """Return how far each vertex normal can turn per motion of the skin around it (n,) [rad/m].
+
+    Where no point of segment j moves by more than m, its frame turns by at most m/r_j, r_j being
+    the radius of its skin, and an edge b − i of the mesh changes, relative to its length e, by at
+    most m (1/r + Σ_j |α_bj − α_ij| / e). A triangle whose edges change by a share κ m turns by at
+    most 2√3/3·2 κ m ≈ 2.4 κ m when it is equilateral; 4 covers the even mesh's worst triangles.
+
+    Parameters
+    ----------
+    skin : Skin
+    segment_radius : (18,)
+        Radius of the skin of each segment [m].
+    """
+    count = skin.vertex_count
+    owner = np.repeat(np.arange(count), np.diff(skin.influence_offsets))
+    weights = np.zeros((count, len(segment_radius)))
+    weights[owner, skin.influence_segment] = skin.influence_weight
+    rate = np.zeros(count)
+    np.maximum.at(rate, owner, 1 / segment_radius[skin.influence_segment])
+    centre = np.repeat(np.arange(count), np.diff(skin.ring_offsets))
+    length = np.sqrt(skin.vertex_area[centre])  # of the order of the edge, from below
+    change = np.abs(weights[skin.ring_next[:, 0]] - weights[centre]).sum(axis=1) / length
+    blending = np.zeros(count)
+    np.maximum.at(blending, centre, change)
+    return 4 * (rate + blending)
+
+
+@njit(cache=True, error_model="numpy")
+def blend_listed(listed, offsets, segments, weights, points, rotations, positions, vertices):
+    """Write the positions of the listed vertices into `vertices` (n, 3): Eq. 3."""
+    for i in listed:
+        x = y = z = 0.0
+        for k in range(offsets[i], offsets[i + 1]):
+            j = segments[k]
+            p, q, r, w = points[k, 0], points[k, 1], points[k, 2], weights[k]
+            x += w * (rotations[j, 0, 0] * p + rotations[j, 0, 1] * q + rotations[j, 0, 2] * r
+                      + positions[j, 0])
+            y += w * (rotations[j, 1, 0] * p + rotations[j, 1, 1] * q + rotations[j, 1, 2] * r
+                      + positions[j, 1])
+            z += w * (rotations[j, 2, 0] * p + rotations[j, 2, 1] * q + rotations[j, 2, 2] * r
+                      + positions[j, 2])
+        vertices[i, 0] = x
+        vertices[i, 1] = y
+        vertices[i, 2] = z
+
+
+@njit(cache=True, error_model="numpy")
+def blend_motion_listed(
+    listed, offsets, segments, weights, points, rotations, positions, local_velocities, vertices,
+    velocities,
+):
+    """Write positions (Eq. 3) and velocities (Eq. 8) of the listed vertices.
+
+    `local_velocities` (m, 6) are each segment's linear and angular velocity in its own axes, so
+    that v̇_i = Σ_j α_ij R_j (ẋ_j + ω_j × p_ij).
+    """
+    frames = np.empty((rotations.shape[0], 18))
+    for j in range(frames.shape[0]):
+        for a in range(3):
+            for b in range(3):
+                frames[j, 3 * a + b] = rotations[j, a, b]
+            frames[j, 9 + a] = positions[j, a]
+        for a in range(6):
+            frames[j, 12 + a] = local_velocities[j, a]
+    for i in listed:
+        x = y = z = 0.0
+        u = v = w = 0.0
+        for k in range(offsets[i], offsets[i + 1]):
+            j = segments[k]
+            p, q, r, weight = points[k, 0], points[k, 1], points[k, 2], weights[k]
+            lx = frames[j, 12] + frames[j, 16] * r - frames[j, 17] * q
+            ly = frames[j, 13] + frames[j, 17] * p - frames[j, 15] * r
+            lz = frames[j, 14] + frames[j, 15] * q - frames[j, 16] * p
+            x += weight * (frames[j, 0] * p + frames[j, 1] * q + frames[j, 2] * r + frames[j, 9])
+            y += weight * (frames[j, 3] * p + frames[j, 4] * q + frames[j, 5] * r + frames[j, 10])
+            z += weight * (frames[j, 6] * p + frames[j, 7] * q + frames[j, 8] * r + frames[j, 11])
+            u += weight * (frames[j, 0] * lx + frames[j, 1] * ly + frames[j, 2] * lz)
+            v += weight * (frames[j, 3] * lx + frames[j, 4] * ly + frames[j, 5] * lz)
+            w += weight * (frames[j, 6] * lx + frames[j, 7] * ly + frames[j, 8] * lz)
+        vertices[i, 0] = x
+        vertices[i, 1] = y
+        vertices[i, 2] = z
+        velocities[i, 0] = u
+        velocities[i, 1] = v
+        velocities[i, 2] = w
+
+
+@njit(cache=True, error_model="numpy")
+def wrench_listed(listed, offsets, segments, weights, points, rotations, force, wrench):
+    """Write force and moment about each segment's origin (m, 6) of forces on listed vertices."""
+    wrench[:] = 0.0
+    for i in listed:
+        fx, fy, fz = force[i, 0], force[i, 1], force[i, 2]
+        if fx == 0.0 and fy == 0.0 and fz == 0.0:
+            continue
+        for k in range(offsets[i], offsets[i + 1]):
+            j = segments[k]
+            p, q, r, weight = points[k, 0], points[k, 1], points[k, 2], weights[k]
+            x = rotations[j, 0, 0] * p + rotations[j, 0, 1] * q + rotations[j, 0, 2] * r
+            y = rotations[j, 1, 0] * p + rotations[j, 1, 1] * q + rotations[j, 1, 2] * r
+            z = rotations[j, 2, 0] * p + rotations[j, 2, 1] * q + rotations[j, 2, 2] * r
+            wrench[j, 0] += weight * fx
+            wrench[j, 1] += weight * fy
+            wrench[j, 2] += weight * fz
+            wrench[j, 3] += weight * (y * fz - z * fy)
+            wrench[j, 4] += weight * (z * fx - x * fz)
+            wrench[j, 5] += weight * (x * fy - y * fx)
+
+
+@njit(cache=True, error_model="numpy")
+def torque_of_wrenches(wrench, positions, jacobian, parents, first_dof, dof_count, torque):
+    """Write τ = J_Bᵀ (f, m) (nv,) of wrenches about the segment origins (m, 6): Eqs. 10 to 12.
+
+    A joint's columns of the world Jacobian (6, nv) see the summed wrench of its whole subtree,
+    taken about the world origin.
+    """
+    total = wrench.copy()
+    for j in range(total.shape[0]):
+        x, y, z = positions[j, 0], positions[j, 1], positions[j, 2]
+        total[j, 3] += y * wrench[j, 2] - z * wrench[j, 1]
+        total[j, 4] += z * wrench[j, 0] - x * wrench[j, 2]
+        total[j, 5] += x * wrench[j, 1] - y * wrench[j, 0]
+    for j in range(total.shape[0] - 1, -1, -1):
+        for column in range(first_dof[j], first_dof[j] + dof_count[j]):
+            value = 0.0
+            for a in range(6):
+                value += jacobian[a, column] * total[j, a]
+            torque[column] = value
+        if parents[j] >= 0:
+            total[parents[j]] += total[j]

@@ -1,0 +1,139 @@
+"""The command `simcore`."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from simcore.errors import DesignError
+
+app = typer.Typer(
+    no_args_is_help=True, pretty_exceptions_enable=False, help=__doc__, add_completion=False
+)
+console = Console()
+
+StudyPath = Annotated[Path, typer.Argument(help="YAML file of a study")]
+Replacements = Annotated[
+    list[str] | None, typer.Option("--set", help="PATH=VALUE, replaces a value or fixes an axis")
+]
+
+
+@app.command()
+def check(study: StudyPath) -> None:
+    """Check a study, its designs and its meshes; simulate nothing."""
+    from simcore.body import check_body
+    from simcore.config import load_study
+    from simcore.device import build_surface
+
+    loaded = load_study(study)
+    for design in {candidate.design.body for candidate in loaded.candidates}:
+        check_body(design)
+    for device in {candidate.design.device for candidate in loaded.candidates}:
+        build_surface(device, loaded.root)
+    axes = " × ".join(f"{len(values)} {name}" for name, values in loaded.axes.items())
+    console.print(f"{study}: {len(loaded.candidates)} candidates ({axes})", highlight=False)
+
+
+@app.command()
+def body(
+    design: Annotated[Path, typer.Argument(help="designs/bodies/NAME.yaml")],
+    out: Annotated[Path | None, typer.Option(help="GLB file [default: results/bodies]")] = None,
+) -> None:
+    """Build a body, print its masses beside de Leva's, and write it as GLB."""
+    from simcore.body import build_body, describe_body, write_glb
+    from simcore.config import BodyDesign, read_design
+
+    model = read_design(BodyDesign, design)
+    built = build_body(model, design.stem)
+    out = out or Path("results/bodies") / f"{design.stem}.glb"
+    console.print(
+        f"{design.stem}: stature {built.stature:.4f} m (asked {model.stature_m:.3f}), "
+        f"mass {built.mass:.2f} kg (asked {model.mass_kg:.1f}), "
+        f"{built.skin.vertex_count} skin vertices, {built.model.nv} degrees of freedom",
+        highlight=False,
+    )
+    table = Table("part", "mass [kg]", "share [%]", "de Leva [%]")
+    for row in describe_body(built, model):
+        table.add_row(*row)
+    console.print(table)
+    write_glb(built, out)
+    console.print(f"written: {out}", highlight=False)
+
+
+@app.command()
+def simulate(
+    study: StudyPath,
+    replace: Replacements = None,
+    out: Annotated[Path | None, typer.Option(help="NetCDF file to write")] = None,
+) -> None:
+    """Simulate one candidate of a study; --set must fix every axis of several values."""
+    from simcore.config import load_study
+    from simcore.dataset import candidate_dataset, write_dataset
+    from simcore.sweep import run_candidate
+
+    loaded = load_study(study, _parse(replace or []))
+    if len(loaded.candidates) > 1:
+        free = [f"{name}=…" for name, values in loaded.axes.items() if len(values) > 1]
+        raise DesignError(f"{study}: several candidates; add --set {' --set '.join(free)}")
+    (candidate,) = loaded.candidates
+    bar = Progress(
+        TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[now]}"),
+        TimeElapsedColumn(), console=console, transient=True, disable=not console.is_terminal,
+    )
+    method, device = candidate.design.method, candidate.design.device
+    longest = (
+        method.settling.duration_max_s + device.motion.keyframes[-1].time_s + method.hold_s
+    )
+    with bar:
+        task = bar.add_task("simulating", total=longest, now="")
+        figures, frames, trajectory = run_candidate(
+            candidate,
+            loaded.root,
+            lambda time: bar.update(task, completed=time, now=f"{time:.1f} s"),
+        )
+    if out:
+        write_dataset(candidate_dataset(candidate, figures, frames), out)
+    _print_figures(figures, trajectory)
+    if out:
+        console.print(f"written: {out}", highlight=False)
+    if figures.status.item() != "ok":
+        raise typer.Exit(1)
+
+
+def _print_figures(figures, trajectory) -> None:
+    table = Table("figure", "value", "unit", "meaning")
+    for name, variable in figures.data_vars.items():
+        if variable.ndim == 0:
+            value = variable.item()
+            shown = value if isinstance(value, str) else f"{value:.4g}"
+            table.add_row(name, shown, variable.attrs.get("units", ""),
+                          variable.attrs["long_name"])
+    console.print(table)
+    if trajectory is not None:
+        factor = figures.simulated_time.item() / trajectory.cpu_time
+        console.print(f"real-time factor {factor:.2f} (simulated s per CPU s)", highlight=False)
+
+
+def _parse(pairs: list[str]) -> dict:
+    from simcore.config import parse_scalar
+
+    values = {}
+    for pair in pairs:
+        key, equals, text = pair.partition("=")
+        if not equals or not key or not text:
+            raise DesignError(f"--set {pair}: must be PATH=VALUE")
+        values[key] = parse_scalar(text)
+    return values
+
+
+def main() -> None:
+    """Run the command; a user's mistake is one line and exit code 2."""
+    try:
+        app()
+    except DesignError as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(2)

@@ -1,0 +1,249 @@
+"""Which skin vertices can be nearest to which device vertices: a search over cubic cells."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from scipy.spatial import cKDTree
+
+SKIN_EDGE = 0.02
+"""Edge of the cells that skin vertices are sorted into [m]; tuned for time, without effect on the
+result (docs/performance.md)."""
+
+
+@dataclass(frozen=True, eq=False)
+class ClearanceGrid:
+    """Distance from a rigid device on cubic cells, at rest in the device frame.
+
+    Attributes
+    ----------
+    origin : (3,) float64
+        Lowest corner [m].
+    edge : float
+        Of a cell [m].
+    shape : (3,) int64
+    clearance : (cells,) float64
+        Lower bound of the distance from any point of the cell to any device vertex [m].
+    margin : float
+        Lower bound of that distance outside the grid [m].
+    """
+
+    origin: np.ndarray
+    edge: float
+    shape: np.ndarray
+    clearance: np.ndarray
+    margin: float
+
+
+def build_clearance_grid(vertices: np.ndarray, edge: float, margin: float) -> ClearanceGrid:
+    """Return the grid around device vertices (N, 3) [m]."""
+    origin = vertices.min(axis=0) - margin
+    shape = np.ceil((vertices.max(axis=0) + margin - origin) / edge).astype(np.int64)
+    centres = origin + (np.indices(tuple(shape)).reshape(3, -1).T + 0.5) * edge
+    distance, _ = cKDTree(vertices).query(centres)
+    clearance = np.maximum(distance - edge * np.sqrt(3) / 2, 0)
+    return ClearanceGrid(origin, edge, shape, clearance, margin)
+
+
+@njit(cache=True, error_model="numpy")
+def to_device(points, rotation, position, out):
+    """Write world points (n, 3) in the device frame."""
+    for i in range(points.shape[0]):
+        x, y, z = (points[i, 0] - position[0], points[i, 1] - position[1],
+                   points[i, 2] - position[2])
+        for a in range(3):
+            out[i, a] = rotation[0, a] * x + rotation[1, a] * y + rotation[2, a] * z
+
+
+@njit(cache=True, error_model="numpy")
+def look_up_clearance(points, origin, edge, shape, clearance, margin, out):
+    """Write a lower bound of each point's distance from the device vertices [m].
+
+    Points (n, 3) are in the device frame.
+    """
+    for i in range(points.shape[0]):
+        a = int(np.floor((points[i, 0] - origin[0]) / edge))
+        b = int(np.floor((points[i, 1] - origin[1]) / edge))
+        c = int(np.floor((points[i, 2] - origin[2]) / edge))
+        if 0 <= a < shape[0] and 0 <= b < shape[1] and 0 <= c < shape[2]:
+            out[i] = clearance[(a * shape[1] + b) * shape[2] + c]
+        else:
+            out[i] = margin
+
+
+@dataclass(frozen=True, eq=False)
+class Patches:
+    """Device vertices in small groups that lie together.
+
+    Attributes
+    ----------
+    offsets : (p + 1,) int64
+    vertex : (N,) int64
+        Device vertices, patch by patch.
+    centre : (p, 3), radius : (p,) float64
+        A ball around each patch [m].
+    """
+
+    offsets: np.ndarray
+    vertex: np.ndarray
+    centre: np.ndarray
+    radius: np.ndarray
+
+
+def build_patches(vertices: np.ndarray, edge: float) -> Patches:
+    """Return the vertices (N, 3) [m] grouped by cubic cells of an edge [m]."""
+    cell = np.floor((vertices - vertices.min(axis=0)) / edge).astype(np.int64)
+    _, patch, counts = np.unique(cell, axis=0, return_inverse=True, return_counts=True)
+    order = np.argsort(patch, kind="stable")
+    offsets = np.concatenate([[0], np.cumsum(counts)])
+    low = np.minimum.reduceat(vertices[order], offsets[:-1])
+    high = np.maximum.reduceat(vertices[order], offsets[:-1])
+    centre = (low + high) / 2
+    distance = np.linalg.norm(vertices - centre[patch], axis=1)
+    return Patches(offsets, order, centre, np.maximum.reduceat(distance[order], offsets[:-1]))
+
+
+@njit(cache=True, error_model="numpy")
+def near_pairs(
+    skin, chosen, device, patch_offsets, patch_vertex, patch_centre, patch_radius, radius, slack
+):
+    """Return for each device vertex the skin vertices that can be its nearest one.
+
+    A device vertex whose nearest chosen skin vertex is d₁ ≤ radius + slack away keeps all chosen
+    skin vertices within d₁ + 2·slack: while no skin vertex moves by more than `slack` in the
+    device frame, the nearest of all is among them.
+
+    Parameters
+    ----------
+    skin : (n, 3), device : (N, 3) float64
+        Device frame [m].
+    chosen : (c,) int64
+        Skin vertices to consider.
+    patch_offsets, patch_vertex, patch_centre, patch_radius
+        See `Patches`.
+    radius, slack : float
+        [m].
+
+    Returns
+    -------
+    rows : (r,) int64
+        Device vertices with such a neighbour.
+    offsets : (r + 1,) int64
+    candidates : (offsets[-1],) int64
+        Skin vertices of each row.
+    """
+    rows = np.empty(device.shape[0], np.int64)
+    offsets = np.zeros(device.shape[0] + 1, np.int64)
+    if chosen.size == 0:
+        return rows[:0].copy(), offsets[:1].copy(), rows[:0].copy()
+    low, shape, starts, vertex, point = _sort_into_cells(skin, chosen, SKIN_EDGE)
+    x, y, z = np.empty(chosen.size), np.empty(chosen.size), np.empty(chosen.size)
+    near = np.empty(chosen.size, np.int64)
+    square = np.empty(chosen.size)
+    candidates = np.empty(16 * 1024, np.int64)
+    row_count = 0
+    total = 0
+    reach = radius + slack
+    for patch in range(patch_radius.size):
+        ball = patch_radius[patch]
+        count = _gather(
+            point, low, shape, starts, patch_centre[patch], reach + 2 * slack + ball, near, square
+        )
+        if count == 0:
+            continue
+        # From anywhere in the patch the nearest is at most d + r away, d being seen from its
+        # centre; what can matter is then at most d + 2r + 2·slack from the centre.
+        limit = (np.sqrt(square[:count].min()) + 2 * ball + 2 * slack) ** 2
+        kept = 0
+        for e in range(count):
+            if square[e] <= limit:
+                place = near[e]
+                near[kept] = place
+                x[kept], y[kept], z[kept] = point[place, 0], point[place, 1], point[place, 2]
+                kept += 1
+        for entry in range(patch_offsets[patch], patch_offsets[patch + 1]):
+            k = patch_vertex[entry]
+            px, py, pz = device[k, 0], device[k, 1], device[k, 2]
+            nearest = np.inf
+            for e in range(kept):
+                square[e] = (x[e] - px) ** 2 + (y[e] - py) ** 2 + (z[e] - pz) ** 2
+                nearest = min(nearest, square[e])
+            if nearest > reach * reach:
+                continue
+            limit = (np.sqrt(nearest) + 2 * slack) ** 2
+            for e in range(kept):
+                if square[e] <= limit:
+                    if total == candidates.size:
+                        candidates = np.concatenate((candidates, candidates))
+                    candidates[total] = vertex[near[e]]
+                    total += 1
+            rows[row_count] = k
+            row_count += 1
+            offsets[row_count] = total
+    return rows[:row_count].copy(), offsets[: row_count + 1].copy(), candidates[:total].copy()
+
+
+@njit(cache=True, error_model="numpy")
+def _gather(point, low, shape, starts, centre, radius, near, square):
+    """Write the places, and squared distances, of the points in a ball; return their number."""
+    count = 0
+    for i in range(max(int((centre[0] - radius - low[0]) / SKIN_EDGE), 0),
+                   min(int(np.floor((centre[0] + radius - low[0]) / SKIN_EDGE)) + 1, shape[0])):
+        gap_x = max(low[0] + i * SKIN_EDGE - centre[0],
+                    centre[0] - low[0] - (i + 1) * SKIN_EDGE, 0.0)
+        for j in range(max(int((centre[1] - radius - low[1]) / SKIN_EDGE), 0),
+                       min(int(np.floor((centre[1] + radius - low[1]) / SKIN_EDGE)) + 1,
+                           shape[1])):
+            gap_y = max(low[1] + j * SKIN_EDGE - centre[1],
+                        centre[1] - low[1] - (j + 1) * SKIN_EDGE, 0.0)
+            left = radius * radius - gap_x * gap_x - gap_y * gap_y
+            if left < 0:
+                continue
+            half = np.sqrt(left)
+            first = max(int((centre[2] - half - low[2]) / SKIN_EDGE), 0)
+            last = min(int(np.floor((centre[2] + half - low[2]) / SKIN_EDGE)) + 1, shape[2])
+            column = (i * shape[1] + j) * shape[2]
+            for place in range(starts[column + first], starts[column + max(first, last)]):
+                distance = ((point[place, 0] - centre[0]) ** 2
+                            + (point[place, 1] - centre[1]) ** 2
+                            + (point[place, 2] - centre[2]) ** 2)
+                if distance <= radius * radius:
+                    near[count] = place
+                    square[count] = distance
+                    count += 1
+    return count
+
+
+@njit(cache=True, error_model="numpy")
+def _sort_into_cells(skin, chosen, edge):
+    """Return the chosen skin vertices sorted by cubic cell: lowest corner, shape, cell starts,
+    vertex and position of each."""
+    low = np.full(3, np.inf)
+    high = np.full(3, -np.inf)
+    for i in chosen:
+        for a in range(3):
+            low[a] = min(low[a], skin[i, a])
+            high[a] = max(high[a], skin[i, a])
+    shape = np.empty(3, np.int64)
+    for a in range(3):
+        shape[a] = int((high[a] - low[a]) / edge) + 1
+    cell = np.empty(chosen.size, np.int64)
+    starts = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int64)
+    for e in range(chosen.size):
+        i = chosen[e]
+        cell[e] = (
+            int((skin[i, 0] - low[0]) / edge) * shape[1] + int((skin[i, 1] - low[1]) / edge)
+        ) * shape[2] + int((skin[i, 2] - low[2]) / edge)
+        starts[cell[e] + 1] += 1
+    for e in range(starts.size - 1):
+        starts[e + 1] += starts[e]
+    fill = starts[:-1].copy()
+    vertex = np.empty(chosen.size, np.int64)
+    point = np.empty((chosen.size, 3))
+    for e in range(chosen.size):
+        place = fill[cell[e]]
+        fill[cell[e]] += 1
+        vertex[place] = chosen[e]
+        for a in range(3):
+            point[place, a] = skin[chosen[e], a]
+    return low, shape, starts, vertex, point

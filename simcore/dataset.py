@@ -1,0 +1,236 @@
+"""Results as xarray datasets and NetCDF files: written, read and put together here alone."""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from scipy.spatial.transform import Rotation
+
+from simcore.body.regions import REGION_NAMES
+from simcore.body.segments import SEGMENT_NAMES
+from simcore.config import Candidate, Design, Study
+from simcore.errors import DesignError
+from simcore.metrics import JOINTS, METRICS
+from simcore.provenance import simulation_digest, versions
+from simcore.recorder import Trajectory
+
+SCHEMA = 1
+"""Version of the file layout; `open_dataset` refuses others."""
+
+CONVENTIONS = "CF-1.11"
+
+UNITS_OF_SUFFIX = {
+    "_deg": "degree",
+    "_m": "m",
+    "_s": "s",
+    "_kg": "kg",
+    "_n": "N",
+    "_hz": "Hz",
+    "_years": "year",
+    "_m_per_s": "m s-1",
+    "_n_per_m": "N m-1",
+    "_ns_per_m": "N s m-1",
+    "_nm_per_rad": "N m rad-1",
+    "_nms_per_rad": "N m s rad-1",
+}
+"""CF unit by the ending of a design key, which carries its unit."""
+
+TRAJECTORY = {
+    "q": (("time", "q_index"), "1", "configuration: root [m], quaternions x y z w, angles [rad]"),
+    "v": (("time", "v_index"), "1", "velocity [m/s, rad/s]"),
+    "device_position": (("time", "xyz"), "m", "origin of the device frame"),
+    "device_quaternion": (("time", "xyzw"), "1", "device frame to world, x y z w"),
+    "displacement": (("time",), "m", "centre of mass from its start, seen from the device"),
+    "segment_force": (("time", "segment", "xyz"), "N", "contact force on each segment, world axes"),
+    "contact_count": (("time",), "1", "device vertices in contact"),
+    "depth_max": (("time",), "m", "deepest penetration within the frame"),
+}
+"""Dimensions, unit and meaning of each recorded column."""
+
+
+def units_of_key(key: str) -> str:
+    """Return the CF unit that a design key carries in its name."""
+    for suffix in sorted(UNITS_OF_SUFFIX, key=len, reverse=True):
+        if key.endswith(suffix):
+            return UNITS_OF_SUFFIX[suffix]
+    return "1"
+
+
+def row(candidate: Candidate, status: str, reason: str, metrics: dict | None) -> xr.Dataset:
+    """Return one candidate's figures; all NaN where it failed before there were any."""
+    ds = xr.Dataset(coords={"region": list(REGION_NAMES), "joint": list(JOINTS)})
+    for name, metric in METRICS.items():
+        dims = (metric.per,) if metric.per else ()
+        missing = np.full([ds.sizes[dim] for dim in dims], np.nan)
+        ds[name] = (
+            dims,
+            metrics[name] if metrics else missing,
+            {"units": metric.units, "long_name": metric.long_name},
+        )
+    ds["status"] = ((), status, {"long_name": "how the simulation ended"})
+    ds["reason"] = ((), reason, {"long_name": "why it failed"})
+    ds["candidate"] = ((), candidate.id, {"long_name": "digest of the design"})
+    return ds
+
+
+def trajectory_dataset(trajectory: Trajectory, pressure: np.ndarray) -> xr.Dataset:
+    """Return the frames of a run; pressure (T, n) [Pa] only of skin vertices that were touched."""
+    touched = np.flatnonzero(pressure.max(axis=0) > 0)
+    columns = {name: getattr(trajectory, name, None) for name in TRAJECTORY}
+    columns["device_quaternion"] = Rotation.from_matrix(trajectory.device_rotation).as_quat()
+    ds = xr.Dataset(
+        coords={
+            "time": ("time", trajectory.time, {"units": "s", "long_name": "time after settling"}),
+            "segment": list(SEGMENT_NAMES),
+            "xyz": list("xyz"),
+            "skin_vertex": touched.astype(np.int32),
+        }
+    )
+    for name, (dims, units, long_name) in TRAJECTORY.items():
+        ds[name] = (dims, columns[name], {"units": units, "long_name": long_name})
+    ds["skin_pressure"] = (
+        ("time", "skin_vertex"),
+        pressure[:, touched].astype(np.float32),
+        {
+            "units": "Pa",
+            "long_name": "pressure over a 25 mm cell around each vertex, mean over the frame",
+        },
+    )
+    return ds
+
+
+def candidate_dataset(
+    candidate: Candidate, figures: xr.Dataset, frames: xr.Dataset | None
+) -> xr.Dataset:
+    """Return a candidate's figures, its frames if there are any, and what it was made from."""
+    ds = figures if frames is None else xr.merge([figures, frames])
+    ds.attrs = _provenance() | {
+        "design": candidate.design.model_dump_json(),
+        "place_in_study": json.dumps(candidate.coordinates),
+    }
+    return ds
+
+
+def candidate_path(folder: Path, candidate: Candidate) -> Path:
+    """Return where a candidate's result is kept."""
+    return folder / f"{candidate.id}.nc"
+
+
+def has_current_result(folder: Path, candidate: Candidate) -> bool:
+    """Return whether folder/ID.nc was made by the present code."""
+    try:
+        with xr.open_dataset(candidate_path(folder, candidate)) as ds:
+            return ds.attrs.get("source_digest") == simulation_digest()
+    except OSError:  # none yet
+        return False
+
+
+def read_row(folder: Path, candidate: Candidate) -> xr.Dataset:
+    """Return the figures of a candidate without its trajectory."""
+    with xr.open_dataset(candidate_path(folder, candidate)) as ds:
+        return ds[[*METRICS, "status", "reason", "candidate"]].load()
+
+
+def write_rows(rows: list[xr.Dataset], path: Path) -> None:
+    """Write the figures of several candidates as one table."""
+    table = xr.concat(rows, dim="row")
+    table.attrs = _provenance()
+    write_dataset(table, path)
+
+
+def collect(study: Study, tables: list[Path]) -> xr.Dataset:
+    """Put the tables of all jobs together on the axes of the study."""
+    parts = []
+    for path in tables:
+        with xr.open_dataset(path) as part:
+            parts.append(part.load())
+    table = xr.concat(parts, dim="row").set_index(row="candidate")
+    table = table.sel(row=[candidate.id for candidate in study.candidates])
+    shape = tuple(len(values) for values in study.axes.values())
+    ds = xr.Dataset(
+        coords={
+            name: (name, list(values), _axis_attributes(study, name))
+            for name, values in study.axes.items()
+        }
+    )
+    table = table.reset_index("row")
+    for name, column in table.data_vars.items():
+        dims = (*study.axes, *column.dims[1:])
+        ds[name] = (dims, column.values.reshape(shape + column.shape[1:]), column.attrs)
+    ids = np.array([candidate.id for candidate in study.candidates], dtype=object)
+    ds["candidate"] = (tuple(study.axes), ids.reshape(shape), {"long_name": "digest of the design"})
+    ds = ds.assign_coords(region=table.region, joint=table.joint)
+    ds.attrs = _provenance() | {
+        "title": study.file.title,
+        "study": study.name,
+        "config": study.path.read_text(encoding="utf-8"),
+        "designs": json.dumps(
+            {
+                candidate.coordinates["body"]: json.loads(candidate.design.model_dump_json())
+                for candidate in reversed(study.candidates)
+            }
+        ),
+    }
+    return ds
+
+
+def open_dataset(path: Path) -> xr.Dataset:
+    """Open a dataset or a candidate that this project wrote.
+
+    Raises
+    ------
+    DesignError
+        Missing, not NetCDF, or of another schema.
+    """
+    try:
+        ds = xr.load_dataset(path)
+    except (OSError, ValueError) as error:
+        raise DesignError(f"{path}: cannot be read as NetCDF ({error})") from None
+    if ds.attrs.get("schema") != SCHEMA:
+        raise DesignError(
+            f"{path}: schema {ds.attrs.get('schema', 'unknown')}, this version reads {SCHEMA}; "
+            "run the sweep again"
+        )
+    return ds
+
+
+def design_of(ds: xr.Dataset) -> Design:
+    """Return the design that a candidate's file was simulated from."""
+    return Design.model_validate_json(ds.attrs["design"])
+
+
+def write_dataset(ds: xr.Dataset, path: Path) -> None:
+    """Write compressed NetCDF so that `path` is either the whole file or untouched."""
+    encoding = {
+        name: {"zlib": True, "complevel": 4}
+        for name, variable in ds.variables.items()
+        if variable.ndim and variable.dtype.kind in "fiu"
+    }
+    if "skin_pressure" in encoding:
+        # 1 in 1000 is far below what any sensor resolves, and halves the file.
+        encoding["skin_pressure"] |= {"significant_digits": 3, "quantize_mode": "GranularBitRound"}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        ds.to_netcdf(partial, engine="netcdf4", encoding=encoding)
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _provenance() -> dict:
+    return {
+        "Conventions": CONVENTIONS,
+        "schema": SCHEMA,
+        "source_digest": simulation_digest(),
+        "versions": versions(),
+    }
+
+
+def _axis_attributes(study: Study, name: str) -> dict:
+    if name == "body":
+        return {"long_name": "body design"}
+    path = study.axis_paths[name]
+    return {"units": units_of_key(path), "long_name": path}

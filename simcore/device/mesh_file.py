@@ -1,0 +1,62 @@
+"""A device surface from CAD: read, checked and covered with evenly spaced contact points."""
+
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from simcore.config.designs import MeshSurface
+from simcore.device.surface import Surface
+from simcore.errors import DesignError
+
+METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+OVERSAMPLING = 8
+"""Random points per point kept; more fill the surface more evenly."""
+
+EXTENT_MIN, EXTENT_MAX = 0.05, 5.0
+"""Accepted size of a device [m]: outside it the unit is almost surely wrong."""
+
+
+def surface_from_file(design: MeshSurface, root: Path) -> Surface:
+    """Return the mesh file of a design as a surface.
+
+    Raises
+    ------
+    DesignError
+        Missing, unreadable, empty, or of a size that no device has.
+    """
+    path, where = root / design.file, f"{design.file}: device.surface"
+    try:
+        mesh = trimesh.load(path, force="mesh")
+    except Exception as error:  # the readers of trimesh raise whatever their format's parser does
+        raise DesignError(f"{where}.file: cannot be read as a mesh ({error})") from None
+    if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
+        raise DesignError(f"{where}.file: holds no triangles")
+    mesh.apply_scale(METRES[design.unit])
+    mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    extent = float(mesh.extents.max())
+    if not EXTENT_MIN <= extent <= EXTENT_MAX:
+        raise DesignError(
+            f"{where}.unit: the mesh is {extent:.4g} m large in {design.unit}; "
+            f"accepted: {EXTENT_MIN} to {EXTENT_MAX} m"
+        )
+    points = _even_points(mesh, design.vertex_count)
+    return Surface(
+        np.array(mesh.vertices), mesh.faces.astype(np.int32), points, design.recline_rad
+    )
+
+
+def _even_points(mesh: trimesh.Trimesh, count: int) -> np.ndarray:
+    """Return points (n, 3) spread evenly over a mesh, about `count` of them [m].
+
+    Sample elimination in its simplest form: of many random points, those are kept that are no
+    nearer to one kept before than the distance that leaves about `count`.
+    """
+    spacing = np.sqrt(mesh.area / count)
+    random, _ = trimesh.sample.sample_surface(mesh, OVERSAMPLING * count, seed=0)
+    low, high = 0.5 * spacing, 1.2 * spacing
+    for _ in range(12):
+        middle = (low + high) / 2
+        points, _ = trimesh.points.remove_close(random, middle)
+        low, high = (middle, high) if len(points) > count else (low, middle)
+    return np.array(points)

@@ -1,0 +1,100 @@
+"""The motion program of a rigid device: keyframes → pose and velocity at any time."""
+
+from bisect import bisect_right
+from dataclasses import dataclass
+from math import cos, sin
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+from scipy.spatial.transform import Rotation
+
+from simcore.config.designs import MotionProgram
+
+
+@dataclass(frozen=True, eq=False)
+class DeviceState:
+    """Pose and velocity of a rigid device.
+
+    Attributes
+    ----------
+    rotation : (3, 3) float64
+        Device frame to world.
+    position : (3,) float64
+        Device origin in the world [m].
+    linear_velocity : (3,) float64
+        Of the device origin, world axes [m/s].
+    angular_velocity : (3,) float64
+        World axes [rad/s].
+    """
+
+    rotation: np.ndarray
+    position: np.ndarray
+    linear_velocity: np.ndarray
+    angular_velocity: np.ndarray
+
+
+class Motion:
+    """A translation and a rotation interpolated between keyframes.
+
+    Monotone cubic Hermite interpolation (Fritsch & Carlson 1980): continuous in velocity, at rest
+    in the first and the last keyframe and wherever a coordinate turns round, never beyond a
+    keyframe's value.
+
+    Parameters
+    ----------
+    program : MotionProgram
+    support_angle : float
+        Inclination of the device about its lateral axis, front edge up [rad].
+    """
+
+    def __init__(self, program: MotionProgram, support_angle: float):
+        times = np.array([frame.time_s for frame in program.keyframes])
+        values = np.array(
+            [[frame.translation_m, np.radians(frame.rotation_deg)] for frame in program.keyframes]
+        )
+        # A still keyframe a second before and after makes the program start and end at rest.
+        padded = np.concatenate([[times[0] - 1], times, [times[-1] + 1]])
+        spline = PchipInterpolator(padded, np.concatenate([values[:1], values, values[-1:]]))
+        self._breaks = spline.x.tolist()
+        self._coefficients = np.moveaxis(spline.c, 0, -1).tolist()  # piece, coordinate, power
+        self._translation_axis = _unit(program.translation_axis)
+        self._rotation_axis = _unit(program.rotation_axis)
+        self._cross = np.cross(np.eye(3), self._rotation_axis)  # K with K x = axis × x
+        self._inclination = Rotation.from_rotvec([0, -support_angle, 0]).as_matrix()
+        self._pivot = self._inclination @ np.array(program.rotation_point_m)
+        self._last: tuple[float, DeviceState] | None = None
+        self.duration = float(times[-1])
+
+    def __call__(self, time: float) -> DeviceState:
+        """Return the state at a time [s] after settling; still before 0 and after the end."""
+        time = min(max(time, 0.0), self.duration)
+        if self._last is None or self._last[0] != time:  # Runge–Kutta asks twice in a row
+            self._last = time, self._state(time)
+        return self._last[1]
+
+    def _state(self, time: float) -> DeviceState:
+        piece = min(bisect_right(self._breaks, time) - 1, len(self._coefficients) - 1)
+        elapsed = time - self._breaks[piece]
+        (translation, translation_rate), (angle, angle_rate) = (
+            _horner(cubic, elapsed) for cubic in self._coefficients[piece]
+        )
+        cross = self._cross
+        turn = np.eye(3) + sin(angle) * cross + (1 - cos(angle)) * cross @ cross  # Rodrigues
+        from_pivot = -turn @ self._pivot
+        return DeviceState(
+            rotation=turn @ self._inclination,
+            position=translation * self._translation_axis + self._pivot + from_pivot,
+            linear_velocity=translation_rate * self._translation_axis
+            + angle_rate * (cross @ from_pivot),
+            angular_velocity=angle_rate * self._rotation_axis,
+        )
+
+
+def _horner(cubic: list[float], x: float) -> tuple[float, float]:
+    """Return a cubic and its derivative at x; highest power first."""
+    a, b, c, d = cubic
+    return ((a * x + b) * x + c) * x + d, (3 * a * x + 2 * b) * x + c
+
+
+def _unit(axis: tuple[float, float, float]) -> np.ndarray:
+    return np.array(axis) / np.linalg.norm(axis)

@@ -1,0 +1,31 @@
+"""A rigid device: a surface that follows a motion program."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from simcore.config.designs import MeshSurface, RoboticLift
+from simcore.device.mesh_file import surface_from_file
+from simcore.device.motion import Motion
+from simcore.device.surface import Surface, seat_and_backrest
+
+
+@dataclass(frozen=True, eq=False)
+class RigidDevice:
+    """A surface and the motion that carries it."""
+
+    surface: Surface
+    motion: Motion
+
+
+def build_surface(design: RoboticLift, root: Path) -> Surface:
+    """Return the surface of a design; mesh files are sought under `root`."""
+    if isinstance(design.surface, MeshSurface):
+        return surface_from_file(design.surface, root)
+    return seat_and_backrest(design.surface)
+
+
+def build_rigid_device(design: RoboticLift, root: Path) -> RigidDevice:
+    """Return the device of a design; mesh files are sought under `root`."""
+    return RigidDevice(
+        build_surface(design, root), Motion(design.motion, design.support_angle_rad)
+    )

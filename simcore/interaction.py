@@ -1,0 +1,141 @@
+"""Human–device dynamics: the right-hand side of Eq. 1, from joints to skin and back."""
+
+import numpy as np
+import pinocchio as pin
+
+from simcore.body.segments import PARENTS, SEGMENTS
+from simcore.body.skin_listed import (
+    blend_listed,
+    blend_motion_listed,
+    normal_turn_rate,
+    segment_balls,
+    torque_of_wrenches,
+    wrench_listed,
+)
+from simcore.config.designs import Joints
+from simcore.contact.neighbours import Neighbours
+from simcore.contact.penalty import penalty_forces
+from simcore.device.motion import DeviceState
+from simcore.dynamics.joints import PostureControl
+from simcore.dynamics.pinocchio_views import view_segments
+from simcore.scene import Scene
+
+
+class Interaction:
+    """Evaluates M(q) a + C + g = τ_joint + Jᵀf for one scene.
+
+    What the last evaluation wrote stays readable, for a recorder to observe.
+
+    Attributes
+    ----------
+    force : (n, 3) float64
+        Contact force on each skin vertex, world axes [N]; current where listed.
+    normal_force : (n,) float64
+        Its normal part [N]; current where listed.
+    listed : (l,) int64
+        Skin vertices that can carry force.
+    segment_wrench : (18, 6) float64
+        Contact force [N] and moment about each segment's origin [N·m], world axes.
+    contact_count : int
+    depth_max : float
+        Deepest penetration [m].
+    deepest : int
+        Its skin vertex, −1 without contact.
+    """
+
+    def __init__(self, scene: Scene):
+        body, contact = scene.body, scene.method.contact
+        skin = body.skin
+        self.model = body.model
+        self.data = body.model.createData()
+        self._views = view_segments(self.model, self.data)
+        self._control = PostureControl(
+            self.model, scene.configuration, *joint_gains(self.model, scene.method.joints)
+        )
+        self._influences = (
+            skin.influence_offsets, skin.influence_segment, skin.influence_weight,
+            skin.influence_point,
+        )
+        self._rings = skin.ring_offsets, skin.ring_next
+        self._device_vertices = scene.device.surface.contact_points
+        centre, radius = segment_balls(skin, len(SEGMENTS))
+        self._neighbours = Neighbours(
+            self._device_vertices, skin.influence_offsets, skin.influence_segment, *self._rings,
+            normal_turn_rate(skin, radius), centre, radius, contact.search_radius_m,
+        )
+        self._law = (
+            contact.stiffness_n_per_m, contact.damping_ns_per_m, contact.friction_force_n,
+            contact.friction_velocity_m_per_s, contact.search_radius_m,
+        )
+        joints = [self.model.joints[j + 1] for j in range(len(SEGMENTS))]
+        self._tree = (
+            np.array(PARENTS),
+            np.array([joint.idx_v for joint in joints]),
+            np.array([joint.nv for joint in joints]),
+        )
+        self._vertices = np.zeros((skin.vertex_count, 3))
+        self._velocities = np.zeros((skin.vertex_count, 3))
+        self.force = np.zeros((skin.vertex_count, 3))
+        self.normal_force = np.zeros(skin.vertex_count)
+        self.segment_wrench = np.zeros((len(SEGMENTS), 6))
+        self._contact_torque = np.zeros(self.model.nv)
+
+    @property
+    def listed(self) -> np.ndarray:
+        """Skin vertices that can carry force (l,)."""
+        return self._neighbours.listed
+
+    def acceleration(self, device: DeviceState, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return the joint acceleration (47,) at q (60,) and v (47,)."""
+        pin.forwardKinematics(self.model, self.data, q, v)
+        self._contact(device)
+        torque = self._control.torque(q, v) + self._joint_torque_of_contact()
+        return pin.aba(self.model, self.data, q, v, torque)
+
+    def _contact(self, device: DeviceState) -> None:
+        segments, neighbours = self._views, self._neighbours
+        neighbours.update(
+            segments.rotations, segments.positions, device, self._pose, self._vertices
+        )
+        blend_motion_listed(
+            neighbours.listed, *self._influences, segments.rotations, segments.positions,
+            segments.velocities, self._vertices, self._velocities,
+        )
+        self.contact_count, self.depth_max, self.deepest = penalty_forces(
+            neighbours.rows, neighbours.offsets, neighbours.candidates, neighbours.listed,
+            self._vertices, self._velocities, *self._rings, self._device_vertices,
+            device.rotation, device.position, device.linear_velocity, device.angular_velocity,
+            *self._law, self.force, self.normal_force,
+        )
+
+    def _joint_torque_of_contact(self) -> np.ndarray:
+        """Return Jᵀf (47,) of the present contact forces: Eq. 12."""
+        pin.computeJointJacobians(self.model, self.data)
+        wrench_listed(
+            self.listed, *self._influences, self._views.rotations, self.force, self.segment_wrench
+        )
+        torque_of_wrenches(
+            self.segment_wrench, self._views.positions, self._views.jacobian, *self._tree,
+            self._contact_torque,
+        )
+        return self._contact_torque
+
+    def _pose(self, indices: np.ndarray) -> None:
+        blend_listed(
+            indices, *self._influences, self._views.rotations, self._views.positions,
+            self._vertices,
+        )
+
+
+def joint_gains(model: pin.Model, joints: Joints) -> tuple[np.ndarray, np.ndarray]:
+    """Return stiffness [N·m/rad] and damping [N·m·s/rad] by degree of freedom (nv,)."""
+    stiffness, damping = np.zeros(model.nv), np.zeros(model.nv)
+    for index, segment in enumerate(SEGMENTS):
+        kind = segment.anatomy.removesuffix("_left").removesuffix("_right")
+        if kind == "root":
+            continue
+        joint, gains = model.joints[index + 1], getattr(joints, kind)
+        dofs = slice(joint.idx_v, joint.idx_v + joint.nv)
+        stiffness[dofs] = gains.stiffness_nm_per_rad
+        damping[dofs] = gains.damping_nms_per_rad
+    return stiffness, damping

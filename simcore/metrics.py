@@ -1,0 +1,150 @@
+"""Trajectory → named figures; each is defined in docs/physics.md under its name."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from simcore.body.segments import SEGMENTS
+from simcore.body.skin import vertex_normals
+from simcore.pressure import SensorCells
+from simcore.recorder import FALL_DISPLACEMENT, Trajectory
+from simcore.scene import Scene, posed_skin
+
+REST_WINDOW = 0.5
+"""Length of the last part of the hold over which figures at rest are averaged [s]."""
+
+JOINTS = tuple(segment.anatomy for segment in SEGMENTS[1:])
+"""Names of the joints below the root, in the order of their segments."""
+
+
+@dataclass(frozen=True)
+class Metric:
+    """Name, unit and meaning of one figure; `per` names its dimension beside the study's axes."""
+
+    units: str
+    long_name: str
+    per: str | None = None
+
+
+METRICS = {
+    "fell": Metric("1", "body fell off its support"),
+    "fall_time": Metric("s", "time of the fall after the device started, NaN without one"),
+    "fall_margin": Metric("1", "displacement never used, or minus the time missing after a fall"),
+    "topple_margin": Metric("rad", "least backward lean of the upper body over the hips"),
+    "slide_distance": Metric("m", "largest slide of the pelvis along the support"),
+    "peak_pressure": Metric("Pa", "highest pressure over a 25 mm cell while supported"),
+    "region_peak_pressure": Metric("Pa", "highest pressure over a 25 mm cell", per="region"),
+    "contact_area": Metric("m2", "skin area that carries load, at rest"),
+    "support_force_ratio": Metric("1", "vertical support force over weight, at rest"),
+    "max_penetration": Metric("m", "deepest penetration of device into skin while supported"),
+    "joint_excursion": Metric("rad", "largest turn of a joint from its posture", per="joint"),
+    "settled": Metric("1", "body came to rest before the device moved"),
+    "simulated_time": Metric("s", "simulated time, settling included"),
+    "cpu_time": Metric("s", "processor time of the simulation"),
+}
+
+STATUS = {
+    "ok": "simulated to its end",
+    "initial_penetration": "body starts inside the device",
+    "misses_device": "body cannot be placed on the device",
+    "blow_up": "integration diverged",
+}
+"""Accepted values of a candidate's status."""
+
+
+def skin_pressure(scene: Scene, trajectory: Trajectory) -> np.ndarray:
+    """Return the cell pressure on the skin, (T, n) [Pa]: Eq. P1."""
+    skin = scene.body.skin
+    rest = posed_skin(scene.body, scene.body.rest_configuration)
+    cells = SensorCells(rest, vertex_normals(skin, rest), skin.vertex_area)
+    return cells.pressure(trajectory.normal_force)
+
+
+def compute_metrics(scene: Scene, trajectory: Trajectory, pressure: np.ndarray) -> dict:
+    """Return every metric by name: floats, and arrays over regions and joints.
+
+    Parameters
+    ----------
+    scene : Scene
+    trajectory : Trajectory
+    pressure : (T, n) float64
+        From `skin_pressure` [Pa].
+    """
+    body, time = scene.body, trajectory.time
+    fallen = np.flatnonzero(trajectory.displacement > FALL_DISPLACEMENT)
+    fell = len(fallen) > 0
+    end = fallen[0] if fell else len(time) - 1
+    supported = np.arange(len(time)) <= end
+    if time[end] >= 0:  # a fall before the device moved leaves only the settling to judge
+        supported &= time >= 0
+    rest = slice(*np.searchsorted(time, [time[end] - REST_WINDOW, time[end]]))
+
+    vertex_peak = pressure[supported].max(axis=0)
+    regions = body.vertex_region
+    loaded = trajectory.normal_force[rest] > 0
+    upward = trajectory.segment_force[rest, :, 2].sum(axis=1)
+    weight = body.mass * -body.model.gravity.linear[2]
+    return {
+        "fell": float(fell),
+        "fall_time": float(time[end]) if fell else np.nan,
+        "fall_margin": _fall_margin(scene, trajectory, float(time[end]), fell),
+        "topple_margin": _topple_margin(scene, trajectory, supported),
+        "slide_distance": _slide_distance(trajectory, supported),
+        "peak_pressure": float(vertex_peak.max()),
+        "region_peak_pressure": np.array(
+            [
+                vertex_peak[regions == region].max(initial=0.0)
+                for region in range(len(body.region_names))
+            ]
+        ),
+        "contact_area": np.nan if fell else float((loaded @ body.skin.vertex_area).mean()),
+        "support_force_ratio": np.nan if fell else float(upward.mean() / weight),
+        "max_penetration": float(trajectory.depth_max[supported].max()),
+        "joint_excursion": _joint_excursion(scene, trajectory.q[supported]),
+        "settled": float(trajectory.settled),
+        "simulated_time": float(time[-1] - time[0]),
+        "cpu_time": trajectory.cpu_time,
+    }
+
+
+def _fall_margin(scene: Scene, trajectory: Trajectory, end: float, fell: bool) -> float:
+    """Return the margin in [−1, 1], continuous where a fall comes ever later: Eq. M1."""
+    if not fell:
+        return float(1 - trajectory.displacement.max() / FALL_DISPLACEMENT)
+    begin = float(trajectory.time[0])
+    full = scene.device.motion.duration + scene.method.hold_s - begin
+    return (end - begin) / full - 1
+
+
+def _topple_margin(scene: Scene, trajectory: Trajectory, frames: np.ndarray) -> float:
+    """Return the least angle by which the upper body leans back over the hips [rad]: Eq. M2."""
+    model, data = scene.body.model, scene.body.model.createData()
+    waist = model.getJointId("lumbar")
+    leans = []
+    for q, rotation in zip(trajectory.q[frames], trajectory.device_rotation[frames], strict=True):
+        pin.centerOfMass(model, data, q, True)
+        from_hips = data.oMi[waist].act(data.com[waist]) - q[:3]
+        backward = -rotation[:2, 0] / np.linalg.norm(rotation[:2, 0])
+        leans.append(np.arctan2(from_hips[:2] @ backward, from_hips[2]))
+    return float(min(leans))
+
+
+def _slide_distance(trajectory: Trajectory, frames: np.ndarray) -> float:
+    """Return the largest way of the pelvis in the plane of the support [m]."""
+    from_device = trajectory.q[frames, :3] - trajectory.device_position[frames]
+    pelvis = np.einsum("tji,tj->ti", trajectory.device_rotation[frames], from_device)
+    return float(np.linalg.norm(pelvis[:, :2] - pelvis[0, :2], axis=1).max())
+
+
+def _joint_excursion(scene: Scene, configurations: np.ndarray) -> np.ndarray:
+    """Return the largest angle between each joint and its posture (17,) [rad]."""
+    model = scene.body.model
+    turns = np.array([pin.difference(model, scene.configuration, q) for q in configurations])
+    joints = [model.joints[index] for index in range(2, model.njoints)]
+    return np.array(
+        [
+            np.linalg.norm(turns[:, joint.idx_v : joint.idx_v + joint.nv], axis=1).max()
+            for joint in joints
+        ]
+    )

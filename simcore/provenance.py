@@ -1,0 +1,44 @@
+"""What a result was made with: versions, and a digest of the code that decides it."""
+
+import hashlib
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+
+PACKAGE = Path(__file__).parent
+PRESENTATION = ("report", "cli.py")
+"""Parts of the package that show results and do not decide them."""
+
+VERSIONED = ("simcore", "numpy", "scipy", "pin", "numba", "xarray", "netCDF4", "anny")
+
+
+@cache
+def simulation_digest() -> str:
+    """Return the digest of all sources that decide a simulation's result."""
+    return _digest(
+        file
+        for file in PACKAGE.rglob("*.py")
+        if file.relative_to(PACKAGE).parts[0] not in PRESENTATION
+    )
+
+
+@cache
+def presentation_digest() -> str:
+    """Return the digest of the sources and templates that make the report."""
+    return _digest(
+        file for file in (PACKAGE / "report").rglob("*") if file.suffix in (".py", ".html", ".css")
+    )
+
+
+def _digest(files) -> str:
+    total = hashlib.sha256()
+    for file in sorted(files):
+        total.update(file.relative_to(PACKAGE).as_posix().encode())
+        total.update(file.read_bytes())
+    return total.hexdigest()[:16]
+
+
+@cache
+def versions() -> str:
+    """Return the versions of the packages that matter, on one line."""
+    return ", ".join(f"{name} {version(name)}" for name in VERSIONED)

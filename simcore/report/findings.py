@@ -1,0 +1,151 @@
+"""Dataset → sentences: what was found, for the whole study and for each body."""
+
+import json
+
+import numpy as np
+import xarray as xr
+
+from simcore.report.quantities import QUANTITIES, Axis, axes_of, place_text
+from simcore.report.verdicts import (
+    FAILED,
+    FELL,
+    HELD,
+    best_candidate,
+    best_design,
+    gentlest_candidate,
+    holds_every_body,
+    threshold_axis,
+    threshold_of,
+    verdicts_of,
+)
+
+CAVEAT = (
+    "Pressures compare designs within this study, computed over 25 mm cells of a skin without "
+    "tissue below it; they are no measure of clinical risk."
+)
+
+
+def headline(ds: xr.Dataset) -> str:
+    """Return the finding of the whole study in one sentence."""
+    verdicts = verdicts_of(ds)
+    counts = {name: int((verdicts == name).sum()) for name in (HELD, FELL, FAILED)}
+    total, held = verdicts.size, counts[HELD]
+    if counts[FAILED] == total:
+        return f"No verdict: {_all(total)} failed."
+    bodies = ds.sizes["body"]
+    whom = "the body" if bodies == 1 else "both bodies" if bodies == 2 else f"all {bodies} bodies"
+    if held == total:
+        return f"{_all(total).capitalize()} held {'its' if total == 1 else 'their'} body."
+    if not held:
+        failed = f"; {counts[FAILED]} failed" if counts[FAILED] else ""
+        return f"No design holds {'the body' if bodies == 1 else 'any body'}: " + (
+            f"{counts[FELL]} of {total} candidates fell{failed}."
+        )
+    good = holds_every_body(ds)
+    if not good.any():
+        return f"No design holds {whom}: {held} of {total} candidates held."
+    axis = threshold_axis(ds)
+    designs = f"{int(good.sum())} of {good.size} designs hold {whom}"
+    if axis is not None and good.dims == (axis.name,):
+        values = sorted(value for value, ok in zip(axis.values, good.values, strict=True) if ok)
+        return f"{axis.title.capitalize()} {_listed(axis, values)} holds {whom}."
+    return f"{designs}; the largest margin is at {_design_text(ds, best_design(ds))}."
+
+
+def body_findings(ds: xr.Dataset) -> list[dict]:
+    """Return for each body its name, who it is, its threshold and what is best, in words."""
+    axes = axes_of(ds)
+    people = json.loads(ds.attrs.get("designs", "{}"))
+    anchor = best_design(ds) or {}
+    findings = []
+    for body in ds["body"].values.tolist():
+        threshold = threshold_of(ds, anchor | {"body": body}) if anchor else None
+        findings.append(
+            {
+                "name": body,
+                "person": _person(people.get(body, {}).get("body")),
+                "threshold": threshold,
+                "text": _body_sentence(ds, axes, body, threshold),
+            }
+        )
+    return findings
+
+
+def fall_reason(figures: xr.Dataset) -> str:
+    """Return in words when and how far one candidate slid; its status if it failed."""
+    if figures["status"].item() != "ok":
+        return figures["reason"].item() or figures["status"].item()
+    if figures["fell"].item() > 0.5:
+        time = figures["fall_time"].item()
+        when = (
+            "while settling, before the device moved"
+            if time < 0
+            else f"{time:.1f} s after the device started to move"
+        )
+        return f"fell {when}"
+    slide = QUANTITIES["slide_distance"].text(figures["slide_distance"].item())
+    return f"held with a fall margin of {figures['fall_margin'].item():.2f}, slid {slide}"
+
+
+def _body_sentence(ds: xr.Dataset, axes: tuple[Axis, ...], body: str, threshold) -> str:
+    parts = []
+    if threshold is not None:
+        others = {axis.name for axis in axes} - {"body", threshold.axis.name}
+        where = "with the other axes as in the best design, " if others else ""
+        parts.append(f"Along {threshold.axis.title}, {where}it {threshold.text}.")
+    best, gentlest = best_candidate(ds, body), gentlest_candidate(ds, body)
+    if best is None:
+        return " ".join([*parts, "Every simulation failed."]) if not parts else parts[0]
+    figures = ds.sel(best)
+    place = _design_text(ds, best)
+    if gentlest is None:
+        parts.append(f"Nearest to holding is {place}: it {fall_reason(figures)}.")
+        return " ".join(parts)
+    if not place:
+        pressure = QUANTITIES["peak_pressure"].text(figures["peak_pressure"].item())
+        return f"It {fall_reason(figures)}; the peak pressure is {pressure}."
+    pressure = QUANTITIES["peak_pressure"].text
+    parts.append(
+        f"Its largest fall margin is {figures['fall_margin'].item():.2f} at {place}, "
+        f"with a peak pressure of {pressure(figures['peak_pressure'].item())}"
+    )
+    if int((verdicts_of(ds).sel(body=body) == HELD).sum()) == 1:
+        parts[-1] += "; no other design holds it."
+    elif gentlest == best:
+        parts[-1] += ", the lowest of all that hold it."
+    else:
+        low = pressure(ds.sel(gentlest)["peak_pressure"].item())
+        parts[-1] += f"; pressed least is {_design_text(ds, gentlest)}, {low}."
+    return " ".join(parts)
+
+
+def _design_text(ds: xr.Dataset, coordinates: dict) -> str:
+    return place_text(
+        axes_of(ds), {name: value for name, value in coordinates.items() if name != "body"}
+    )
+
+
+def _listed(axis: Axis, values: list) -> str:
+    """Return values as ranges of neighbours on the axis: "4°, 6° to 12°"."""
+    order = sorted(axis.values)
+    places = [order.index(value) for value in values]
+    groups = np.split(np.array(places), np.flatnonzero(np.diff(places) > 1) + 1)
+    return ", ".join(
+        axis.text(order[group[0]])
+        if len(group) == 1
+        else f"{axis.text(order[group[0]])} to {axis.text(order[group[-1]])}"
+        for group in groups
+    )
+
+
+def _person(design: dict | None) -> str:
+    if not design:
+        return ""
+    return (
+        f"{design['sex']}, {design['age_years']:g} years, {design['stature_m']:.2f} m, "
+        f"{design['mass_kg']:g} kg"
+    )
+
+
+def _all(total: int) -> str:
+    return "the one candidate" if total == 1 else f"all {total} candidates"

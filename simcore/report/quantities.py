@@ -1,0 +1,171 @@
+"""How figures are shown: what a designer reads, with the unit; SI stays in the dataset."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from simcore.dataset import UNITS_OF_SUFFIX
+
+NOT_KNOWN = "–"
+"""Shown in place of a figure that does not exist."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """How one metric is shown: shown value = factor · SI value, in `unit`."""
+
+    title: str
+    unit: str
+    factor: float
+    digits: int
+
+    @property
+    def label(self) -> str:
+        """Title with unit, as on an axis."""
+        return f"{self.title} [{self.unit}]" if self.unit else self.title
+
+    def text(self, value: float) -> str:
+        """Return an SI value as shown, with its unit."""
+        if not np.isfinite(value):
+            return NOT_KNOWN
+        number = f"{self.factor * value:.{self.digits}f}".replace("-", "−")
+        return f"{number}{'' if self.unit == '°' else ' '}{self.unit}".rstrip()
+
+
+QUANTITIES = {
+    "fall_margin": Quantity("Fall margin", "", 1.0, 2),
+    "topple_margin": Quantity("Topple margin", "°", float(np.degrees(1)), 1),
+    "fall_time": Quantity("Time of fall", "s", 1.0, 2),
+    "slide_distance": Quantity("Slide of the pelvis", "mm", 1e3, 0),
+    "peak_pressure": Quantity("Peak pressure", "kPa", 1e-3, 1),
+    "region_peak_pressure": Quantity("Peak pressure", "kPa", 1e-3, 1),
+    "contact_area": Quantity("Contact area", "cm²", 1e4, 0),
+    "support_force_ratio": Quantity("Support force over weight", "", 1.0, 3),
+    "max_penetration": Quantity("Deepest penetration", "mm", 1e3, 1),
+    "joint_excursion": Quantity("Joint excursion", "°", float(np.degrees(1)), 0),
+    "simulated_time": Quantity("Simulated time", "s", 1.0, 1),
+    "cpu_time": Quantity("Processor time", "s", 1.0, 1),
+}
+"""Metrics in shown units."""
+
+SYMBOLS = {"degree": "°", "1": "", "N m-1": "N/m", "N s m-1": "N·s/m", "m s-1": "m/s",
+           "N m rad-1": "N·m/rad", "N m s rad-1": "N·m·s/rad", "year": "years"}
+"""Units of design keys as shown, where they differ from the CF spelling."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """How one axis of a study is shown.
+
+    Attributes
+    ----------
+    name : str
+        Dimension of the dataset; also what `--set` accepts.
+    title, unit : str
+        As shown; no unit for a categorical axis.
+    values : tuple
+        As in the dataset.
+    numeric : bool
+    """
+
+    name: str
+    title: str
+    unit: str
+    values: tuple
+    numeric: bool
+
+    @property
+    def label(self) -> str:
+        """Title with unit, as on a chart's axis."""
+        title = self.title[:1].upper() + self.title[1:]
+        return f"{title} [{self.unit}]" if self.unit else title
+
+    @property
+    def shown(self) -> tuple:
+        """The values in shown units: numbers, or texts of a categorical axis."""
+        return tuple(self._number(value) if self.numeric else str(value) for value in self.values)
+
+    @property
+    def ticks(self) -> list[str]:
+        """The values as texts without unit, for a chart that has the unit on its axis."""
+        return [f"{value:.6g}" if self.numeric else value for value in self.shown]
+
+    def text(self, value: object) -> str:
+        """Return one value as shown, with its unit."""
+        if not self.numeric:
+            return str(value)
+        gap = "" if self.unit == "°" else " "
+        return f"{self._number(value):.6g}{gap}{self.unit}".rstrip()
+
+    def _number(self, value: object) -> float:
+        return float(f"{float(value) * (1e3 if self.unit == 'mm' else 1.0):.10g}")
+
+
+def axes_of(ds: xr.Dataset) -> tuple[Axis, ...]:
+    """Return the axes of a study, `body` first."""
+    return tuple(_axis(ds, str(name)) for name in ds["candidate"].dims)
+
+
+def key_title(key: str) -> str:
+    """Return a design key in words, without its unit."""
+    return _without_unit(key.rsplit(".", 1)[-1]).replace("_", " ")
+
+
+def path_value(path: tuple[str, ...], value: object) -> str:
+    """Return a design value with the unit that its key, or the nearest key above it, carries."""
+    if isinstance(value, bool | str) or value is None:
+        return str(value)
+    unit = next(filter(None, map(_unit, reversed(path))), "")
+    numbers = value if isinstance(value, list) else [value]
+    if unit == "m" and max(map(abs, numbers)) < 1:
+        unit, numbers = "mm", [1e3 * number for number in numbers]
+    text = ", ".join(f"{number:.6g}" for number in numbers)
+    text = f"({text})" if isinstance(value, list) else text
+    return f"{text}{'' if unit == '°' else ' '}{unit}".rstrip()
+
+
+def place_text(axes: tuple[Axis, ...], coordinates: dict) -> str:
+    """Return coordinates in one line, such as "male_172_70, support angle 7°"."""
+    return ", ".join(
+        str(coordinates[axis.name])
+        if axis.name == "body"
+        else f"{axis.title} {axis.text(coordinates[axis.name])}"
+        for axis in axes
+        if axis.name in coordinates
+    )
+
+
+def coordinates_at(ds: xr.Dataset, index: tuple[int, ...]) -> dict:
+    """Return axis name → value (plain Python) of the candidate at an index of the grid."""
+    return {
+        str(name): ds[name].values[i].item() if hasattr(ds[name].values[i], "item")
+        else ds[name].values[i]
+        for name, i in zip(ds["candidate"].dims, index, strict=True)
+    }
+
+
+def _axis(ds: xr.Dataset, name: str) -> Axis:
+    values = tuple(ds[name].values.tolist())
+    numeric = all(isinstance(value, int | float) and not isinstance(value, bool)
+                  for value in values)
+    if name == "body":
+        return Axis(name, "body", "", values, False)
+    unit = SYMBOLS.get(*[ds[name].attrs.get("units", "1")] * 2) if numeric else ""
+    if unit == "m" and max(abs(value) for value in values) < 1:
+        unit = "mm"
+    return Axis(name, key_title(name), unit, values, numeric)
+
+
+def _without_unit(key: str) -> str:
+    for suffix in sorted(UNITS_OF_SUFFIX, key=len, reverse=True):
+        if key.endswith(suffix):
+            return key.removesuffix(suffix)
+    return key
+
+
+def _unit(key: str) -> str:
+    for suffix in sorted(UNITS_OF_SUFFIX, key=len, reverse=True):
+        if key.endswith(suffix):
+            return SYMBOLS.get(UNITS_OF_SUFFIX[suffix], UNITS_OF_SUFFIX[suffix])
+    return ""

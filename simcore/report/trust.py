@@ -1,0 +1,131 @@
+"""Dataset → figures that tell whether the results can be trusted, candidate by candidate."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from simcore.metrics import METRICS
+from simcore.report.quantities import QUANTITIES, axes_of, coordinates_at
+from simcore.report.verdicts import FAILED, HELD, MARKS, verdicts_of
+
+SUPPORT_RATIO = (0.99, 1.01)
+"""At rest the support carries the weight, within these bounds."""
+
+ROWS_MAX = 1000
+"""Rows of the table; more are left to the dataset."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One candidate, every figure as shown.
+
+    Attributes
+    ----------
+    place : tuple of str
+        Coordinates in the order of the axes.
+    verdict, mark : str
+    figures : tuple of str
+        In the order of `COLUMNS`.
+    flags : tuple of bool
+        Which of the figures are out of bounds.
+    note : str
+    """
+
+    place: tuple[str, ...]
+    verdict: str
+    mark: str
+    figures: tuple[str, ...]
+    flags: tuple[bool, ...]
+    note: str
+
+
+COLUMNS = (
+    "Fall margin", "Peak pressure", "Slide", "Support force / weight", "Deepest penetration",
+    "Settled", "Real-time factor",
+)
+
+
+def fill_missing_metrics(ds: xr.Dataset) -> tuple[xr.Dataset, list[str]]:
+    """Return a dataset with every metric, and what it lacked: those columns are NaN."""
+    missing = [name for name in METRICS if name not in ds]
+    dims = ds["candidate"].dims
+    for name in missing:
+        wanted = (*dims, METRICS[name].per) if METRICS[name].per else dims
+        ds = ds.assign({name: (wanted, np.full([ds.sizes[dim] for dim in wanted], np.nan))})
+    return ds, [METRICS[name].long_name for name in missing]
+
+
+def trust_rows(ds: xr.Dataset) -> list[Row]:
+    """Return a row for each candidate, at most `ROWS_MAX`, in the order of the study."""
+    axes, verdicts = axes_of(ds), verdicts_of(ds)
+    rows = []
+    for index in np.ndindex(verdicts.shape):
+        if len(rows) == ROWS_MAX:
+            break
+        figures = ds.isel(dict(zip(verdicts.dims, index, strict=True)))
+        coordinates = coordinates_at(ds, index)
+        verdict = verdicts.values[index]
+        status, reason = figures["status"].item(), figures["reason"].item()
+        rows.append(
+            Row(
+                tuple(axis.text(coordinates[axis.name]) for axis in axes),
+                verdict,
+                MARKS[verdict],
+                *_figures(figures),
+                f"{status.replace('_', ' ')}: {reason}" if status != "ok" else "",
+            )
+        )
+    return rows
+
+
+def trust_summary(ds: xr.Dataset) -> list[dict]:
+    """Return the study's figures of trust: title, value, what is expected, and if it is so."""
+    verdicts = verdicts_of(ds)
+    good, held = verdicts != FAILED, verdicts == HELD
+    ratio = _values(ds["support_force_ratio"].where(held))
+    outside = int(((ratio < SUPPORT_RATIO[0]) | (ratio > SUPPORT_RATIO[1])).sum())
+    depth, settled = _values(ds["max_penetration"].where(good)), _values(ds["settled"].where(good))
+    speed = _values((ds["simulated_time"] / ds["cpu_time"]).where(good))
+    failed = int((~good).sum())
+    tiles = [
+        ("Support force over weight, at rest", _range(ratio, "support_force_ratio"),
+         f"{len(ratio) - outside} of {len(ratio)} held candidates within "
+         f"{SUPPORT_RATIO[0]}–{SUPPORT_RATIO[1]}", outside == 0 and len(ratio) > 0),
+        ("Deepest penetration", _range(depth, "max_penetration"),
+         "of the device into the skin, while supported", None),
+        ("Settled before the device moved", f"{int(settled.sum())} of {len(settled)}",
+         "the rest still moved when the device started", bool(len(settled) and settled.all())),
+        ("Failed simulations", f"{failed} of {verdicts.size}",
+         "listed below with the reason" if failed else "every simulation ran to its end",
+         failed == 0),
+        ("Real-time factor", f"{np.median(speed):.2f}" if len(speed) else "–",
+         "simulated seconds per processor second, median", None),
+    ]
+    return [dict(zip(("title", "value", "note", "good"), tile, strict=True)) for tile in tiles]
+
+
+def _figures(figures: xr.Dataset) -> tuple[tuple[str, ...], tuple[bool, ...]]:
+    ratio, settled = figures["support_force_ratio"].item(), figures["settled"].item()
+    speed = (figures["simulated_time"] / figures["cpu_time"]).item()
+    shown = (
+        *(QUANTITIES[name].text(figures[name].item())
+          for name in ("fall_margin", "peak_pressure", "slide_distance", "support_force_ratio",
+                       "max_penetration")),
+        "–" if np.isnan(settled) else "yes" if settled else "no",
+        "–" if np.isnan(speed) else f"{speed:.2f}",
+    )
+    out_of_bounds = np.isfinite(ratio) and not SUPPORT_RATIO[0] <= ratio <= SUPPORT_RATIO[1]
+    return shown, (False, False, False, out_of_bounds, False, settled == 0, False)
+
+
+def _values(column: xr.DataArray) -> np.ndarray:
+    return column.values[np.isfinite(column.values)]
+
+
+def _range(values: np.ndarray, name: str) -> str:
+    if not len(values):
+        return "–"
+    quantity = QUANTITIES[name]
+    low, high = quantity.text(values.min()), quantity.text(values.max())
+    return low if low == high else f"{low.removesuffix(quantity.unit).rstrip()} to {high}"

@@ -1,0 +1,167 @@
+"""A candidate's design → the scene to simulate: body and device, placed."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import trimesh
+from scipy.spatial.transform import Rotation
+
+from simcore.body.build import Body, build_body
+from simcore.body.posture import configuration
+from simcore.body.skin import blend, vertex_normals
+from simcore.config.designs import Design, Method, Posture, RoboticLift
+from simcore.contact.reference import find_penetration
+from simcore.device.motion import Motion
+from simcore.device.rigid import RigidDevice, build_surface
+from simcore.device.surface import Surface
+from simcore.errors import SimulationError
+
+APPROACH_GAP = 1e-3
+"""Clearance that an approach leaves, so that the next one can slide along the device [m]."""
+
+PENETRATION_SEARCH_RADIUS = 0.1
+"""Radius of the search for penetration at the start [m]: half a thigh's thickness, so that no
+device vertex inside the body is missed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Everything that `simulate` needs.
+
+    Attributes
+    ----------
+    body : Body
+    device : RigidDevice
+    method : Method
+    configuration : (60,) float64
+        Where the body starts; also the reference of its posture control.
+    """
+
+    body: Body
+    device: RigidDevice
+    method: Method
+    configuration: np.ndarray
+
+
+def build_scene(design: Design, body_name: str, root: Path) -> Scene:
+    """Return the placed scene of a design; mesh files are sought under `root`.
+
+    Raises
+    ------
+    DesignError
+        The body cannot be reached, or the mesh file is broken.
+    SimulationError
+        The body misses the device, or starts inside it beyond the method's limit.
+    """
+    body = _body(design.body, body_name)
+    device = RigidDevice(
+        _surface(design.device, root), Motion(design.device.motion, design.device.support_angle_rad)
+    )
+    q = _posture(body, design.posture, device.surface.recline)
+    q = _place(body, q, device, design.posture)
+    _refuse_penetration(body, q, device, design.method.contact.initial_penetration_limit_m)
+    return Scene(body, device, design.method, q)
+
+
+@lru_cache(maxsize=4)
+def _body(design, name: str) -> Body:
+    return build_body(design, name)
+
+
+@lru_cache(maxsize=4)
+def _surface(design: RoboticLift, root: Path) -> Surface:
+    return build_surface(design, root)
+
+
+def posed_skin(body: Body, q: np.ndarray) -> np.ndarray:
+    """Return the skin vertices (n, 3) of a configuration, world frame [m]."""
+    data = body.model.createData()
+    pin.forwardKinematics(body.model, data, q)
+    rotations = np.array([placement.rotation for placement in data.oMi[1:]])
+    positions = np.array([placement.translation for placement in data.oMi[1:]])
+    return blend(body.skin, rotations, positions)
+
+
+def _posture(body: Body, posture: Posture, recline: float) -> np.ndarray:
+    """Return the configuration with the trunk reclined and the thighs where they were."""
+    angles = {
+        joint: {name: np.radians(value) for name, value in each.items()}
+        for joint, each in posture.angles_deg.items()
+    }
+    common = angles.pop("hip", {})
+    for side in ("hip_left", "hip_right"):
+        hip = {**common, **angles.get(side, {})}
+        angles[side] = {**hip, "flexion": hip.get("flexion", 0.0) - recline}
+    q = configuration(body, angles)
+    q[3:7] = Rotation.from_rotvec([0, -recline, 0]).as_quat()
+    return q
+
+
+def _place(body: Body, q: np.ndarray, device: RigidDevice, posture: Posture) -> np.ndarray:
+    """Move the body in the device frame to its start, then along each approach until it touches."""
+    q = q.copy()
+    q[:3] = posture.placement.pelvis_m
+    skin = posed_skin(body, q)
+    for direction in posture.placement.approach:
+        unit = np.array(direction) / np.linalg.norm(direction)
+        gap = _gap_along(unit, skin, body.skin.faces, device.surface)
+        if not np.isfinite(gap):
+            raise SimulationError(
+                "misses_device", f"moved along {list(direction)}, the body misses the device"
+            )
+        shift = (gap - APPROACH_GAP) * unit
+        skin += shift
+        q[:3] += shift
+    start = device.motion(0.0)
+    q[:3] = start.rotation @ q[:3] + start.position
+    q[3:7] = (Rotation.from_matrix(start.rotation) * Rotation.from_quat(q[3:7])).as_quat()
+    return q
+
+
+def _gap_along(unit: np.ndarray, skin: np.ndarray, faces: np.ndarray, device: Surface) -> float:
+    """Return how far the skin can move along a direction before it meets the device [m].
+
+    Exact between vertices of either mesh and faces of the other; infinite where they never meet.
+    """
+    gap = np.inf
+    pairs = (
+        (skin, device.vertices, device.faces, unit),
+        (device.contact_points, skin, faces, -unit),
+    )
+    for origins, vertices, triangles, ray in pairs:
+        target = trimesh.Trimesh(vertices, triangles, process=False)
+        hits, rays, _ = target.ray.intersects_location(
+            origins, np.tile(ray, (len(origins), 1)), multiple_hits=False
+        )
+        if len(hits):
+            gap = min(gap, float(((hits - origins[rays]) @ ray).min()))
+    return gap
+
+
+def _refuse_penetration(body: Body, q: np.ndarray, device: RigidDevice, limit: float) -> None:
+    start = device.motion(0.0)
+    skin = posed_skin(body, q)
+    found = find_penetration(
+        skin,
+        vertex_normals(body.skin, skin),
+        device.surface.contact_points @ start.rotation.T + start.position,
+        PENETRATION_SEARCH_RADIUS,
+    )
+    if len(found.depth) and found.depth.max() > limit:
+        vertex = found.skin_vertex[found.depth.argmax()]
+        raise SimulationError(
+            "initial_penetration",
+            f"{segment_of_vertex(body, vertex)} starts {1e3 * found.depth.max():.1f} mm inside the "
+            f"device (limit {1e3 * limit:.1f} mm); change posture.placement or the geometry",
+        )
+
+
+def segment_of_vertex(body: Body, vertex: int) -> str:
+    """Return the name of the segment that carries most of a skin vertex."""
+    skin = body.skin
+    influences = slice(skin.influence_offsets[vertex], skin.influence_offsets[vertex + 1])
+    heaviest = skin.influence_weight[influences].argmax()
+    return body.segment_names[skin.influence_segment[influences][heaviest]]

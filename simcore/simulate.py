@@ -1,0 +1,130 @@
+"""Scene → trajectory: the only time loop."""
+
+import time as clock
+from collections.abc import Callable
+
+import numpy as np
+import pinocchio as pin
+
+from simcore.device.motion import DeviceState
+from simcore.dynamics.integrators import rk4_step
+from simcore.errors import SimulationError
+from simcore.interaction import Interaction
+from simcore.recorder import Recorder, Trajectory
+from simcore.scene import Scene
+
+SPEED_LIMIT = 300.0
+"""A joint faster than this has blown up [rad/s or m/s]: a free fall from 10 m ends at 14 m/s."""
+
+Progress = Callable[[float], None]
+
+
+def simulate(scene: Scene, progress: Progress | None = None) -> Trajectory:
+    """Let the body settle on the device, move the device, and hold it.
+
+    Parameters
+    ----------
+    scene : Scene
+    progress : callable, optional
+        Told the simulated time [s] at every recorded frame.
+
+    Returns
+    -------
+    Trajectory
+        Also of a run that failed: up to its last good frame, with status and reason.
+    """
+    started = clock.process_time()
+    run = _Run(scene, progress)
+    status, reason = "ok", ""
+    try:
+        run.settle()
+        run.follow_device()
+    except SimulationError as error:
+        status, reason = error.status, error.reason
+    return run.recorder.trajectory(
+        device_start=min(run.device_start, run.time),
+        settled=run.settled,
+        cpu_time=clock.process_time() - started,
+        status=status,
+        reason=reason,
+    )
+
+
+class _Run:
+    """State of one simulation; time runs from the start of settling."""
+
+    def __init__(self, scene: Scene, progress: Progress | None):
+        self.scene = scene
+        self.progress = progress
+        self.interaction = Interaction(scene)
+        self.recorder = Recorder(scene, self.interaction)
+        self.q = scene.configuration.copy()
+        self.v = np.zeros(scene.body.model.nv)
+        self.steps = 0
+        self.settled = False
+        self.device_start = np.inf  # the device stands still until the body has settled
+
+    @property
+    def time(self) -> float:
+        """Time since the start of settling [s]; a multiple of the step, not a sum of steps."""
+        return self.steps * self.scene.method.time_step_s
+
+    def settle(self) -> None:
+        """Run until the body is at rest on the still device, or for the longest time allowed."""
+        limits = self.scene.method.settling
+        while self.time < limits.duration_max_s:
+            if self.step() and self.time >= limits.duration_min_s:
+                self.settled = self.rms_speed() < limits.rest_speed_m_per_s
+                if self.settled:
+                    break
+        self.device_start = self.time
+
+    def follow_device(self) -> None:
+        """Run the motion program and the hold after it; end early after a fall."""
+        method, motion = self.scene.method, self.scene.device.motion
+        end = self.device_start + motion.duration + method.hold_s
+        while self.time < end:
+            self.step()
+            if self.time > self.recorder.fall_time + method.stop_after_fall_s:
+                break
+
+    def step(self) -> bool:
+        """Advance one step; return whether it completed a recorded frame."""
+        now, q, v = self.time, self.q, self.v
+        acceleration = self.acceleration(now, q, v)
+        recorded = self.recorder.observe(now, q, v, self.device(now))
+        self.q, self.v = rk4_step(
+            self.scene.body.model, self.acceleration, now, q, v, acceleration,
+            self.scene.method.time_step_s,
+        )
+        self.steps += 1
+        if not np.abs(self.v).max() < SPEED_LIMIT:  # also where it is not a number
+            self.refuse_blow_up()
+        if recorded and self.progress:
+            self.progress(self.time)
+        return recorded
+
+    def refuse_blow_up(self) -> None:
+        """Raise with the name of the joint that is fastest, or no longer a number."""
+        model = self.scene.body.model
+        worst = int(np.argmax(np.nan_to_num(np.abs(self.v), nan=np.inf)))
+        joint = next(j for j in range(1, model.njoints) if worst < model.idx_vs[j] + model.nvs[j])
+        raise SimulationError(
+            "blow_up",
+            f"joint {model.names[joint]} passed {SPEED_LIMIT:g} rad/s at {self.time:.3f} s; "
+            "a smaller method.time_step_s may hold it",
+        )
+
+    def device(self, time: float) -> DeviceState:
+        """Return where the device is at a time [s]."""
+        return self.scene.device.motion(time - self.device_start)
+
+    def acceleration(self, time: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Return the joint acceleration (47,)."""
+        return self.interaction.acceleration(self.device(time), q, v)
+
+    def rms_speed(self) -> float:
+        """Return the root mean square speed of the body's mass [m/s]."""
+        model, data = self.interaction.model, self.interaction.data
+        energy = pin.computeKineticEnergy(model, data, self.q, self.v)
+        return float(np.sqrt(2 * energy / self.scene.body.mass))

@@ -1,0 +1,77 @@
+"""Small studies with made-up figures, put together by the project's own dataset code."""
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from simcore.body.regions import REGION_NAMES
+from simcore.config import Study, load_study
+from simcore.dataset import collect, open_dataset, row, write_dataset, write_rows
+from simcore.metrics import JOINTS
+
+ROOT = Path(__file__).parents[1]
+BODIES = ("male_172_70", "female_142_40")
+
+Outcome = Callable[[dict], float | str]
+"""Coordinates → fall margin, or the status of a failure."""
+
+
+def figures(margin: float) -> dict:
+    """Return the metrics of a candidate: fell where the margin is negative."""
+    fell = margin < 0
+    pressure = np.zeros(len(REGION_NAMES))
+    pressure[REGION_NAMES.index("sacrum")] = 20e3 * (1 - margin)
+    pressure[REGION_NAMES.index("heel_left")] = 10e3
+    return {
+        "fell": float(fell),
+        "fall_time": 1.5 if fell else np.nan,
+        "fall_margin": margin,
+        "topple_margin": 0.1 * margin,
+        "slide_distance": 0.15 * (1 - margin),
+        "peak_pressure": float(pressure.max()),
+        "region_peak_pressure": pressure,
+        "contact_area": np.nan if fell else 0.1,
+        "support_force_ratio": np.nan if fell else 1.001,
+        "max_penetration": 0.005,
+        "joint_excursion": np.full(len(JOINTS), 0.1),
+        "settled": 1.0,
+        "simulated_time": 9.0,
+        "cpu_time": 3.0,
+    }
+
+
+def make_study(
+    folder: Path, outcome: Outcome, axes: str = "{}", bodies=BODIES, title: str = "Which holds?"
+) -> tuple[Study, Path]:
+    """Write a study and its dataset under `folder`; return both; `axes` is YAML in one line."""
+    if not (folder / "designs").exists():
+        shutil.copytree(ROOT / "designs", folder / "designs")
+    (folder / "config").mkdir(exist_ok=True)
+    config = folder / "config" / "made_up.yaml"
+    config.write_text(
+        f"title: '{title}'\ndevice: robotic_lift\nbodies: [{', '.join(bodies)}]\n"
+        f"posture: seated\nmethod: paper\naxes: {axes}\n",
+        encoding="utf-8",
+    )
+    study = load_study(config)
+    rows = []
+    for candidate in study.candidates:
+        told = outcome(candidate.coordinates)
+        rows.append(
+            row(candidate, told, "made up to fail", None)
+            if isinstance(told, str)
+            else row(candidate, "ok", "", figures(told))
+        )
+    table = study.folder / "rows.nc"
+    write_rows(rows, table)
+    path = study.folder / "dataset.nc"
+    write_dataset(collect(study, [table]), path)
+    return study, path
+
+
+def make_dataset(folder: Path, outcome: Outcome, **options) -> xr.Dataset:
+    """Return the dataset of `make_study`."""
+    return open_dataset(make_study(folder, outcome, **options)[1])

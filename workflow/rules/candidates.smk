@@ -1,0 +1,17 @@
+# A job simulates several candidates in one process; those already simulated by the present code
+# are kept, so that a rerun costs only what is new.
+
+
+rule simulate:
+    input:
+        lambda job: sorted(
+            {f"{RESULTS}/bodies/{each.coordinates['body']}.glb" for each in JOBS[job.job]}
+        ),
+    output:
+        f"{RESULTS}/jobs/{{job}}.nc",
+    params:
+        study=STUDY.path,
+        candidates=lambda job: [each.id for each in JOBS[job.job]],
+        digest=simulation_digest(),
+    script:
+        "../scripts/simulate.py"
