@@ -1,5 +1,6 @@
 """The command `simcore`."""
 
+import json
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -102,6 +103,29 @@ def simulate(
         console.print(f"written: {out}", highlight=False)
     if figures.status.item() != "ok":
         raise typer.Exit(1)
+
+
+@app.command()
+def bench(
+    case: Annotated[str, typer.Argument(help="lift")] = "lift",
+    as_json: Annotated[bool, typer.Option("--json", help="print JSON instead of a table")] = False,
+    repeats: Annotated[int, typer.Option(min=1, help="timed runs; the median is told")] = 3,
+) -> None:
+    """Time the engine at paper size on one core."""
+    from simcore.bench import bench_lift
+
+    if case != "lift":
+        raise DesignError(f"bench: no case {case}; accepted: lift")
+    result = bench_lift(repeats)
+    if as_json:
+        print(json.dumps(result.as_dict(), indent=2))
+        return
+    table = Table("phase", "real-time factor")
+    for name, factor in result.phases.items():
+        table.add_row(name, f"{factor:.2f}")
+    low, high = result.spread
+    table.add_row("whole run", f"{result.real_time_factor:.2f} ({low:.2f} to {high:.2f})")
+    console.print(table)
 
 
 def _print_figures(figures, trajectory) -> None:

@@ -63,7 +63,8 @@ class Motion:
         self._inclination = Rotation.from_rotvec([0, -support_angle, 0]).as_matrix()
         self._pivot = self._inclination @ np.array(program.rotation_point_m)
         self._last: tuple[float, DeviceState] | None = None
-        self.duration = float(times[-1])
+        self.keyframe_times = tuple(times.tolist())
+        self.duration = self.keyframe_times[-1]
 
     def __call__(self, time: float) -> DeviceState:
         """Return the state at a time [s] after settling; still before 0 and after the end."""
