@@ -3,7 +3,12 @@ from pathlib import Path
 
 from simcore.config import load_study
 from simcore.provenance import presentation_digest, simulation_digest
-from simcore.sweep import jobs_of
+from simcore.sweep import begin_count, jobs_of
+
+if not workflow.output_settings.dryrun:  # the console shows what fails, the log file everything
+    for handler in logger.handlers:
+        if not hasattr(handler, "baseFilename"):
+            handler.setLevel("WARNING")
 
 STUDY = load_study(Path(config.get("study", "config/lift_angle.yaml")))
 JOBS = jobs_of(STUDY)
@@ -14,6 +19,10 @@ rule all:
     input:
         f"{RESULTS}/dataset.nc",
         f"{RESULTS}/report.html",
+
+
+onstart:
+    begin_count(STUDY)
 
 
 include: "workflow/rules/bodies.smk"

@@ -1,6 +1,7 @@
 """The command `simcore`."""
 
 import json
+import os
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -15,7 +16,7 @@ from simcore.errors import DesignError
 app = typer.Typer(
     no_args_is_help=True, pretty_exceptions_enable=False, help=__doc__, add_completion=False
 )
-console = Console()
+console = Console(soft_wrap=True)
 
 StudyPath = Annotated[Path, typer.Argument(help="YAML file of a study")]
 Replacements = Annotated[
@@ -33,7 +34,8 @@ def check(study: StudyPath) -> None:
     loaded = load_study(study)
     for design in {candidate.design.body for candidate in loaded.candidates}:
         check_body(design)
-    for device in {candidate.design.device for candidate in loaded.candidates}:
+    devices = (candidate.design.device for candidate in loaded.candidates)
+    for device in {device.surface: device for device in devices}.values():
         build_surface(device, loaded.root)
     axes = " × ".join(f"{len(values)} {name}" for name, values in loaded.axes.items())
     console.print(f"{study}: {len(loaded.candidates)} candidates ({axes})", highlight=False)
@@ -49,6 +51,8 @@ def body(
     from simcore.config import BodyDesign, read_design
 
     model = read_design(BodyDesign, design)
+    if out:
+        _refuse_unwritable(out)
     built = build_body(model, design.stem)
     out = out or Path("results/bodies") / f"{design.stem}.glb"
     console.print(
@@ -77,6 +81,8 @@ def simulate(
     from simcore.sweep import run_candidate
 
     loaded = load_study(study, _parse(replace or []))
+    if out:
+        _refuse_unwritable(out)
     if len(loaded.candidates) > 1:
         free = [f"{name}=…" for name, values in loaded.axes.items() if len(values) > 1]
         raise DesignError(f"{study}: several candidates; add --set {' --set '.join(free)}")
@@ -128,6 +134,14 @@ def bench(
     console.print(table)
 
 
+def _refuse_unwritable(out: Path) -> None:
+    if out.is_dir():
+        raise DesignError(f"--out {out}: is a folder; accepted: a file, such as {out / 'run.nc'}")
+    above = next(folder for folder in out.absolute().parents if folder.exists())
+    if not above.is_dir() or not os.access(above, os.W_OK):
+        raise DesignError(f"--out {out}: cannot be written; accepted: a file in a folder of yours")
+
+
 def _print_figures(figures, trajectory) -> None:
     table = Table("figure", "value", "unit", "meaning")
     for name, variable in figures.data_vars.items():
@@ -137,7 +151,7 @@ def _print_figures(figures, trajectory) -> None:
             table.add_row(name, shown, variable.attrs.get("units", ""),
                           variable.attrs["long_name"])
     console.print(table)
-    if trajectory is not None:
+    if figures.status.item() == "ok":
         factor = figures.simulated_time.item() / trajectory.cpu_time
         console.print(f"real-time factor {factor:.2f} (simulated s per CPU s)", highlight=False)
 
@@ -150,6 +164,8 @@ def _parse(pairs: list[str]) -> dict:
         key, equals, text = pair.partition("=")
         if not equals or not key or not text:
             raise DesignError(f"--set {pair}: must be PATH=VALUE")
+        if key in values:
+            raise DesignError(f"--set {pair}: {key} is given twice; accepted: one value")
         values[key] = parse_scalar(text)
     return values
 
@@ -159,5 +175,5 @@ def main() -> None:
     try:
         app()
     except DesignError as error:
-        print(f"error: {error}", file=sys.stderr)
+        print("error:", " ".join(str(error).split()), file=sys.stderr)
         sys.exit(2)

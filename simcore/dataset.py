@@ -4,6 +4,7 @@ import json
 import os
 from pathlib import Path
 
+import netCDF4
 import numpy as np
 import xarray as xr
 from scipy.spatial.transform import Rotation
@@ -11,6 +12,8 @@ from scipy.spatial.transform import Rotation
 from simcore.body.regions import REGION_NAMES
 from simcore.body.segments import SEGMENT_NAMES
 from simcore.config import Candidate, Design, Study
+from simcore.config.units import UNITS_OF_SUFFIX as UNITS_OF_SUFFIX
+from simcore.config.units import units_of_key
 from simcore.errors import DesignError
 from simcore.metrics import JOINTS, METRICS
 from simcore.provenance import simulation_digest, versions
@@ -20,22 +23,6 @@ SCHEMA = 1
 """Version of the file layout; `open_dataset` refuses others."""
 
 CONVENTIONS = "CF-1.11"
-
-UNITS_OF_SUFFIX = {
-    "_deg": "degree",
-    "_m": "m",
-    "_s": "s",
-    "_kg": "kg",
-    "_n": "N",
-    "_hz": "Hz",
-    "_years": "year",
-    "_m_per_s": "m s-1",
-    "_n_per_m": "N m-1",
-    "_ns_per_m": "N s m-1",
-    "_nm_per_rad": "N m rad-1",
-    "_nms_per_rad": "N m s rad-1",
-}
-"""CF unit by the ending of a design key, which carries its unit."""
 
 TRAJECTORY = {
     "q": (("time", "q_index"), "1", "configuration: root [m], quaternions x y z w, angles [rad]"),
@@ -48,14 +35,6 @@ TRAJECTORY = {
     "depth_max": (("time",), "m", "deepest penetration within the frame"),
 }
 """Dimensions, unit and meaning of each recorded column."""
-
-
-def units_of_key(key: str) -> str:
-    """Return the CF unit that a design key carries in its name."""
-    for suffix in sorted(UNITS_OF_SUFFIX, key=len, reverse=True):
-        if key.endswith(suffix):
-            return UNITS_OF_SUFFIX[suffix]
-    return "1"
 
 
 def row(candidate: Candidate, status: str, reason: str, metrics: dict | None) -> xr.Dataset:
@@ -121,9 +100,10 @@ def candidate_path(folder: Path, candidate: Candidate) -> Path:
 def has_current_result(folder: Path, candidate: Candidate) -> bool:
     """Return whether folder/ID.nc was made by the present code."""
     try:
-        with xr.open_dataset(candidate_path(folder, candidate)) as ds:
-            return ds.attrs.get("source_digest") == simulation_digest()
-    except OSError:  # none yet
+        # Not by xarray, which takes ten times as long; there may be thousands of files to ask.
+        with netCDF4.Dataset(candidate_path(folder, candidate)) as file:
+            return getattr(file, "source_digest", None) == simulation_digest()
+    except OSError:  # none yet, or not NetCDF
         return False
 
 
@@ -146,7 +126,7 @@ def collect(study: Study, tables: list[Path]) -> xr.Dataset:
     for path in tables:
         with xr.open_dataset(path) as part:
             parts.append(part.load())
-    table = xr.concat(parts, dim="row").set_index(row="candidate")
+    table = xr.concat(parts, dim="row").set_index(row="candidate").drop_duplicates("row")
     table = table.sel(row=[candidate.id for candidate in study.candidates])
     shape = tuple(len(values) for values in study.axes.values())
     ds = xr.Dataset(

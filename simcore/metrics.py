@@ -78,7 +78,8 @@ def compute_metrics(scene: Scene, trajectory: Trajectory, pressure: np.ndarray) 
     supported = np.arange(len(time)) <= end
     if time[end] >= 0:  # a fall before the device moved leaves only the settling to judge
         supported &= time >= 0
-    rest = slice(*np.searchsorted(time, [time[end] - REST_WINDOW, time[end]]))
+    rest = slice(np.searchsorted(time, time[end] - REST_WINDOW), end + 1)
+    rests = not fell and trajectory.status == "ok"
 
     vertex_peak = pressure[supported].max(axis=0)
     regions = body.vertex_region
@@ -98,8 +99,8 @@ def compute_metrics(scene: Scene, trajectory: Trajectory, pressure: np.ndarray) 
                 for region in range(len(body.region_names))
             ]
         ),
-        "contact_area": np.nan if fell else float((loaded @ body.skin.vertex_area).mean()),
-        "support_force_ratio": np.nan if fell else float(upward.mean() / weight),
+        "contact_area": float((loaded @ body.skin.vertex_area).mean()) if rests else np.nan,
+        "support_force_ratio": float(upward.mean() / weight) if rests else np.nan,
         "max_penetration": float(trajectory.depth_max[supported].max()),
         "joint_excursion": _joint_excursion(scene, trajectory.q[supported]),
         "settled": float(trajectory.settled),

@@ -42,7 +42,7 @@ def simulate(scene: Scene, progress: Progress | None = None) -> Trajectory:
     except SimulationError as error:
         status, reason = error.status, error.reason
     return run.recorder.trajectory(
-        device_start=min(run.device_start, run.time),
+        device_start=run.device_start if np.isfinite(run.device_start) else run.time,
         settled=run.settled,
         cpu_time=clock.process_time() - started,
         status=status,
@@ -72,21 +72,20 @@ class _Run:
     def settle(self) -> None:
         """Run until the body is at rest on the still device, or for the longest time allowed."""
         limits = self.scene.method.settling
-        while self.time < limits.duration_max_s:
+        while self.time < limits.duration_max_s and not self.fell_long_ago():
             if self.step() and self.time >= limits.duration_min_s:
                 self.settled = self.rms_speed() < limits.rest_speed_m_per_s
                 if self.settled:
                     break
-        self.device_start = self.time
+        # A fall cuts the settling short, and the device would have started at its end.
+        self.device_start = limits.duration_max_s if self.fell_long_ago() else self.time
 
     def follow_device(self) -> None:
         """Run the motion program and the hold after it; end early after a fall."""
         method, motion = self.scene.method, self.scene.device.motion
         end = self.device_start + motion.duration + method.hold_s
-        while self.time < end:
+        while self.time < end and not self.fell_long_ago():
             self.step()
-            if self.time > self.recorder.fall_time + method.stop_after_fall_s:
-                break
 
     def step(self) -> bool:
         """Advance one step; return whether it completed a recorded frame."""
@@ -122,6 +121,10 @@ class _Run:
     def acceleration(self, time: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return the joint acceleration (47,)."""
         return self.interaction.acceleration(self.device(time), q, v)
+
+    def fell_long_ago(self) -> bool:
+        """Return whether the body fell so long ago that there is no more to see."""
+        return self.time > self.recorder.fall_time + self.scene.method.stop_after_fall_s
 
     def rms_speed(self) -> float:
         """Return the root mean square speed of the body's mass [m/s]."""

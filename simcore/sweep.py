@@ -23,7 +23,7 @@ from simcore.simulate import Progress, simulate
 
 JOBS, JOB_SIZE_MAX = 8, 50
 """A study is cut into about so many jobs, enough to keep two cores busy to the end, unless a job
-would then hold more candidates than this: a job reports only when all of them are done."""
+would then hold more candidates than this: its table is written when all of them are done."""
 
 
 def jobs_of(study: Study) -> dict[str, list[Candidate]]:
@@ -45,18 +45,44 @@ def simulate_missing(
     candidates: list[Candidate],
     report: Callable[[Candidate, xr.Dataset], None] | None = None,
 ) -> list[xr.Dataset]:
-    """Return the figures of candidates, simulating those that the present code has not yet."""
+    """Return the figures of candidates, simulating those that the present code has not yet.
+
+    `report` is told each candidate that was simulated, as soon as its result is on the disk.
+    """
     folder = study.folder / "candidates"
     rows = []
     for candidate in candidates:
-        if not has_current_result(folder, candidate):
+        missing = not has_current_result(folder, candidate)
+        if missing:
             figures, frames, _ = run_candidate(candidate, study.root)
             ds = candidate_dataset(candidate, figures, frames)
             write_dataset(ds, candidate_path(folder, candidate))
         rows.append(read_row(folder, candidate))
-        if report:
+        if missing and report:
             report(candidate, rows[-1])
     return rows
+
+
+def begin_count(study: Study) -> None:
+    """Note which candidates have a current result before the jobs start."""
+    folder = study.folder / "candidates"
+    done = [each.id for each in study.candidates if has_current_result(folder, each)]
+    folder.mkdir(parents=True, exist_ok=True)
+    _count_file(study).write_text("".join(f"{each}\n" for each in done), encoding="ascii")
+
+
+def count_done(study: Study, candidate: Candidate) -> int:
+    """Note one more finished candidate; return how many now are, those of other jobs included."""
+    with _count_file(study).open("a+", encoding="ascii") as file:  # lines this short never mix
+        file.write(f"{candidate.id}\n")
+        file.flush()
+        file.seek(0)
+        finished = set(file.read().split())
+    return sum(each.id in finished for each in study.candidates)
+
+
+def _count_file(study: Study) -> Path:
+    return study.folder / "candidates" / "done.txt"
 
 
 def run_candidate(
@@ -72,10 +98,9 @@ def run_candidate(
         return row(candidate, error.status, error.reason, None), None, None
     trajectory = simulate(scene, progress)
     pressure = skin_pressure(scene, trajectory)
-    figures = row(
-        candidate, trajectory.status, trajectory.reason,
-        compute_metrics(scene, trajectory, pressure),
-    )
+    # The figures of a run that broke off would look like those of one that went well.
+    metrics = compute_metrics(scene, trajectory, pressure) if trajectory.status == "ok" else None
+    figures = row(candidate, trajectory.status, trajectory.reason, metrics)
     return figures, trajectory_dataset(trajectory, pressure), trajectory
 
 

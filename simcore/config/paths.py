@@ -37,11 +37,19 @@ def resolve_path(tree: dict, key: str, source: str) -> str:
     if hits:
         listed = ", ".join(".".join(path) for path in hits)
         raise DesignError(f"{source}: {key}: several keys end so; accepted: {listed}")
+    inside = [".".join(path) for path in paths if _holds(path, wanted)]
+    if inside:
+        raise DesignError(f"{source}: {key}: holds several values; accepted: {', '.join(inside)}")
     known = sorted({path[-1] for path in paths} | {".".join(path) for path in paths})
     near = difflib.get_close_matches(key, known, n=3, cutoff=0.5)
     if not near:
         near = sorted({path[-1] for path in paths if not path[-1].isdigit()})
     raise DesignError(f"{source}: {key}: no such key in the design; accepted: {', '.join(near)}")
+
+
+def _holds(path: tuple[str, ...], wanted: tuple[str, ...]) -> bool:
+    starts = range(len(path) - len(wanted))
+    return any(path[start : start + len(wanted)] == wanted for start in starts)
 
 
 def set_value(tree: dict, path: str, value: object) -> None:

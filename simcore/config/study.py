@@ -3,13 +3,22 @@
 import hashlib
 import itertools
 import json
-from copy import deepcopy
+import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import (
+    AfterValidator,
+    Discriminator,
+    Field,
+    Tag,
+    WithJsonSchema,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
 
 from simcore.config.designs import (
     BodyDesign,
@@ -21,51 +30,92 @@ from simcore.config.designs import (
     Posture,
     RoboticLift,
     Strict,
+    Whole,
 )
 from simcore.config.paths import resolve_path, set_value
-from simcore.config.yaml_file import read_design, read_yaml, validate
+from simcore.config.yaml_file import read_design, read_yaml, shown, validate
 from simcore.errors import DesignError
+
+CANDIDATES_MAX = 100_000
+"""Most candidates of one study; a slip of a step would otherwise fill the memory."""
 
 Scalar = bool | int | float | str
 
 
-class Range(Strict):
-    """Values from start to stop, both included, one step apart."""
+def _scalar(value: object) -> Scalar:
+    if not isinstance(value, Scalar):
+        raise PydanticCustomError("scalar_type", "not a scalar")
+    return value
 
-    start: Finite
-    stop: Finite
-    step: Positive
+
+def _kind_of_axis(axis: object) -> str | None:
+    match axis:
+        case list() | tuple():
+            return "array"
+        case {"count": _} | Linspace():
+            return "Linspace"
+        case dict() | Range():
+            return "Range"
+    return None
+
+
+# Any: pydantic's union of the four would turn one mistake into four messages.
+AnyScalar = Annotated[
+    Any, AfterValidator(_scalar), WithJsonSchema({"type": ["number", "string", "boolean"]})
+]
+
+
+class Range(Strict):
+    """Values from start to stop, both included where a whole number of steps leads there."""
+
+    start: Annotated[Finite, Field(description="first value")]
+    stop: Annotated[Finite, Field(description="no value is greater")]
+    step: Annotated[Positive, Field(description="from each value to the next")]
 
     @model_validator(mode="after")
     def _rises(self):
         if self.stop < self.start:
-            raise ValueError("stop must not be less than start")
+            raise ValueError(f"stop is {self.stop:g}; accepted: at least start, {self.start:g}")
+        if (self.stop - self.start) / self.step >= CANDIDATES_MAX:
+            raise ValueError(f"step makes too many values; accepted: up to {CANDIDATES_MAX}")
         return self
 
     @property
     def values(self) -> tuple[float, ...]:
         """The values; rounded so that 0.1 · 3 is 0.3 in names and ids."""
         count = int(np.floor((self.stop - self.start) / self.step + 1e-9)) + 1
-        return tuple(round(self.start + i * self.step, 12) for i in range(count))
+        return tuple(_rounded(self.start + i * self.step) for i in range(count))
 
 
 class Linspace(Strict):
     """A number of evenly spaced values from start to stop, both included."""
 
-    start: Finite
-    stop: Finite
-    count: Annotated[int, Field(ge=2)]
+    start: Annotated[Finite, Field(description="first value")]
+    stop: Annotated[Finite, Field(description="last value")]
+    count: Annotated[int, Field(ge=2, le=CANDIDATES_MAX, description="how many values"), Whole]
 
     @property
     def values(self) -> tuple[float, ...]:
         """The values; rounded as in `Range`."""
-        return tuple(round(float(x), 12) for x in np.linspace(self.start, self.stop, self.count))
+        return tuple(map(_rounded, np.linspace(self.start, self.stop, self.count).tolist()))
+
+
+def _rounded(value: float) -> float:
+    return round(value, 12) + 0.0  # − 0 is 0
+
+
+Axis = Annotated[
+    Annotated[Range, Tag("Range")]
+    | Annotated[Linspace, Tag("Linspace")]
+    | Annotated[tuple[AnyScalar, ...], Field(min_length=1), Tag("array")],
+    Discriminator(_kind_of_axis),
+]
 
 
 class StudyFile(Strict):
     """A study as written: config/NAME.yaml."""
 
-    title: Annotated[str, Field(description="one line, heads the report")]
+    title: Annotated[str, Field(min_length=1, description="one line, heads the report")]
     device: Annotated[str, Field(description="name under designs/devices")]
     bodies: Annotated[
         tuple[str, ...], Field(min_length=1, description="names under designs/bodies")
@@ -73,39 +123,47 @@ class StudyFile(Strict):
     posture: Annotated[str, Field(description="name under designs/postures")]
     method: Annotated[str, Field(description="name under designs/methods")]
     set: Annotated[
-        dict[str, Scalar],
+        dict[str, AnyScalar],
         Field(
             default_factory=dict, description="values that replace those of the designs, by path"
         ),
     ]
     axes: Annotated[
-        dict[str, Range | Linspace | tuple[Scalar, ...]],
-        Field(
-            default_factory=dict,
-            description="values to vary, by path: a list, {start, stop, step} or {…, count}",
-        ),
+        dict[str, Axis],
+        Field(default_factory=dict, description="values to vary, by path; none: one candidate"),
     ]
     candidates_per_job: Annotated[
-        int | None,
-        Field(ge=1, description="candidates that one process simulates; chosen when left out"),
+        Annotated[int, Field(ge=1), Whole] | None,
+        Field(description="candidates that one process simulates; none: chosen"),
     ] = None
 
-    @model_validator(mode="after")
-    def _values_differ(self):
-        for name, values in [("bodies", self.bodies), *self.axis_values.items()]:
-            if not values:
-                raise ValueError(f"{name} is empty")
-            if len(set(values)) < len(values):
-                raise ValueError(f"{name} holds a value twice")
-        return self
+    @field_validator("bodies")
+    @classmethod
+    def _bodies_differ(cls, bodies):
+        _refuse_repeated(bodies, "")
+        return bodies
+
+    @field_validator("axes")
+    @classmethod
+    def _values_differ(cls, axes):
+        for key, values in _values_of(axes).items():
+            _refuse_repeated(values, f"{key} ")
+        return axes
 
     @property
     def axis_values(self) -> dict[str, tuple[Scalar, ...]]:
         """The values of each axis, as written in `axes`."""
-        return {
-            key: axis if isinstance(axis, tuple) else axis.values
-            for key, axis in self.axes.items()
-        }
+        return _values_of(self.axes)
+
+
+def _values_of(axes: dict) -> dict[str, tuple[Scalar, ...]]:
+    return {key: axis if isinstance(axis, tuple) else axis.values for key, axis in axes.items()}
+
+
+def _refuse_repeated(values: tuple, where: str) -> None:
+    if len(set(values)) < len(values):
+        repeated = next(value for value in values if values.count(value) > 1)
+        raise ValueError(f"{where}holds {repeated} twice; accepted: different values")
 
 
 @dataclass(frozen=True)
@@ -175,70 +233,79 @@ def load_study(path: Path, replace: dict[str, Scalar] | None = None) -> Study:
         Anything that could not be simulated as written.
     """
     path = Path(path)
-    file = validate(StudyFile, read_yaml(path), path)
-    root = _root_of(path)
+    file = validate(StudyFile, read_yaml(path), shown(path))
     replace = dict(replace or {})
     if "body" in replace:
         file = file.model_copy(update={"bodies": (str(replace.pop("body")),)})
+    root = _root_of(path)
+    trees = _trees(file, root, path)
+    a_tree = next(iter(trees.values()))
 
+    replaced = _paths(a_tree, replace, "--set", "--set ")
+    settings = _paths(a_tree, file.set, f"{shown(path)}: set", f"{shown(path)}: set.")
+    axes = _paths(a_tree, file.axes, f"{shown(path)}: axes", f"{shown(path)}: axes.")
+    for full in settings.keys() & axes.keys() - replaced.keys():
+        raise DesignError(f"{settings[full][1]}: is also an axis; accepted: one of the two")
+    settings = {full: settings[full] for full in settings if full not in replaced} | replaced
+    values_to_set = file.set | replace
+    for tree in trees.values():
+        for full, (key, _) in settings.items():
+            set_value(tree, full, values_to_set[key])
+    written_at = {full: written for full, (_, written) in settings.items()}
+    for tree in trees.values():
+        validate(Design, tree, path, written_at)
+
+    axes = {full: axes[full] for full in axes if full not in replaced}
+    names = _axis_names(list(axes))
+    values = {names[full]: file.axis_values[key] for full, (key, _) in axes.items()}
+    values = {"body": file.bodies} | values
+    count = math.prod(map(len, values.values()))
+    if count > CANDIDATES_MAX:
+        raise DesignError(
+            f"{shown(path)}: axes: {count} candidates; accepted: up to {CANDIDATES_MAX}"
+        )
+    written_at = {full: written for full, (_, written) in axes.items()}
+    mesh_digests = {}
+    candidates = []
+    for point in itertools.product(*values.values()):
+        tree = trees[point[0]]  # a design shares nothing with it, and every point sets every axis
+        for full, value in zip(axes, point[1:], strict=True):
+            set_value(tree, full, value)
+        design = validate(Design, tree, path, written_at)
+        content = _content_id(design, root, mesh_digests, path)
+        candidates.append(Candidate(content, dict(zip(values, point, strict=True)), design))
+    axis_paths = {"body": "body"} | {names[full]: full for full in axes}
+    return Study(path.stem, path, root, file, values, axis_paths, tuple(candidates))
+
+
+def _trees(file: StudyFile, root: Path, path: Path) -> dict[str, dict]:
+    """Return the design of each body as nested mappings."""
     device = _read_design(RoboticLift, root, "devices", file.device, path)
     posture = _read_design(Posture, root, "postures", file.posture, path)
     method = _read_design(Method, root, "methods", file.method, path)
-    bodies = {
-        name: _read_design(BodyDesign, root, "bodies", name, path) for name in file.bodies
-    }
-    trees = {
+    bodies = {name: _read_design(BodyDesign, root, "bodies", name, path) for name in file.bodies}
+    return {
         name: Design(device=device, body=body, posture=posture, method=method).model_dump()
         for name, body in bodies.items()
     }
-    a_tree = next(iter(trees.values()))
 
-    for key, value in replace.items():
-        full = resolve_path(a_tree, key, "--set")
-        for tree in trees.values():
-            set_value(tree, full, value)
-        _validate_point(a_tree, f"--set {key}")
-    replaced = {resolve_path(a_tree, key, "--set") for key in replace}
-    for key, value in file.set.items():
-        full = resolve_path(a_tree, key, f"{path}: set")
-        if full not in replaced:
-            for tree in trees.values():
-                set_value(tree, full, value)
-            _validate_point(a_tree, f"{path}: set.{key}")
 
-    paths = {key: resolve_path(a_tree, key, f"{path}: axes") for key in file.axes}
-    paths = {key: full for key, full in paths.items() if full not in replaced}
-    if len(set(paths.values())) < len(paths):
-        raise DesignError(f"{path}: axes: two axes vary the same key")
-    names = _axis_names(paths)
-    for key, full in paths.items():
-        for value in file.axis_values[key]:
-            tree = deepcopy(a_tree)
-            set_value(tree, full, value)
-            _validate_point(tree, f"{path}: axes.{key}")
-
-    axes = {"body": file.bodies} | {names[key]: file.axis_values[key] for key in paths}
-    axis_paths = {"body": "body"} | {names[key]: full for key, full in paths.items()}
-    mesh_digests = {}
-    candidates = []
-    for values in itertools.product(*axes.values()):
-        coordinates = dict(zip(axes, values, strict=True))
-        tree = deepcopy(trees[coordinates["body"]])
-        for name, value in coordinates.items():
-            if name != "body":
-                set_value(tree, axis_paths[name], value)
-        design = validate(Design, tree, path, "axes (in this combination)")
-        candidates.append(
-            Candidate(_content_id(design, root, mesh_digests, path), coordinates, design)
-        )
-    return Study(path.stem, path, root, file, axes, axis_paths, tuple(candidates))
+def _paths(tree: dict, keys, source: str, prefix: str) -> dict[str, tuple[str, str]]:
+    """Return full path → (key as written, where it is written)."""
+    found = {}
+    for key in keys:
+        full = resolve_path(tree, key, source)
+        if full in found:
+            raise DesignError(f"{prefix}{key}: the same as {found[full][0]}; accepted: one of them")
+        found[full] = key, f"{prefix}{key}"
+    return found
 
 
 def _root_of(path: Path) -> Path:
     for folder in path.resolve().parents:
         if (folder / "designs").is_dir():
             return folder
-    raise DesignError(f"{path}: no folder designs/ beside or above it")
+    raise DesignError(f"{shown(path)}: no folder designs/ beside or above it")
 
 
 def _read_design(model, root: Path, kind: str, name: str, study: Path):
@@ -246,19 +313,17 @@ def _read_design(model, root: Path, kind: str, name: str, study: Path):
     if not file.is_file():
         known = ", ".join(sorted(each.stem for each in file.parent.glob("*.yaml"))) or "none"
         key = {"devices": "device", "postures": "posture", "methods": "method"}.get(kind, kind)
-        raise DesignError(f"{study}: {key}: no {file.relative_to(root)}; accepted: {known}")
+        raise DesignError(f"{shown(study)}: {key}: no {file.relative_to(root)}; accepted: {known}")
     return read_design(model, file)
 
 
-def _validate_point(tree: dict, source: str) -> None:
-    validate(Design, tree, source)
-
-
-def _axis_names(paths: dict[str, str]) -> dict[str, str]:
-    """Name each axis by the last part of its path, or by the whole where that is not unique."""
-    last = {key: full.rsplit(".", 1)[-1] for key, full in paths.items()}
-    shared = {name for name in last.values() if list(last.values()).count(name) > 1}
-    return {key: paths[key] if name in shared else name for key, name in last.items()}
+def _axis_names(paths: list[str]) -> dict[str, str]:
+    """Name each axis by the last part of its path, or by the whole where that would not do."""
+    last = [full.rsplit(".", 1)[-1] for full in paths]
+    return {
+        full: full if last.count(name) > 1 or name.isdigit() else name
+        for full, name in zip(paths, last, strict=True)
+    }
 
 
 def _content_id(design: Design, root: Path, mesh_digests: dict, study: Path) -> str:
@@ -269,7 +334,10 @@ def _content_id(design: Design, root: Path, mesh_digests: dict, study: Path) -> 
         if surface.file not in mesh_digests:
             mesh = root / surface.file
             if not mesh.is_file():
-                raise DesignError(f"{study}: device.surface.file: no such mesh: {surface.file}")
+                raise DesignError(
+                    f"{shown(study)}: device.surface.file: no such mesh: {surface.file}; "
+                    "accepted: a path from the folder above designs/"
+                )
             mesh_digests[surface.file] = hashlib.sha256(mesh.read_bytes()).hexdigest()
         content += mesh_digests[surface.file]
     return hashlib.sha256(content.encode()).hexdigest()[:12]

@@ -1,15 +1,19 @@
 """Read a YAML file into a validated model; every mistake is one line with file and key."""
 
 from pathlib import Path
-from typing import TypeVar, get_args
+from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
+from simcore.config.accepted import accepted, locate, schema_of
 from simcore.errors import DesignError
 
 Model = TypeVar("Model", bound=BaseModel)
+
+BRIEF = 60
+"""Longest value that a message repeats in full, in characters."""
 
 
 def read_yaml(path: Path) -> dict:
@@ -23,15 +27,15 @@ def read_yaml(path: Path) -> dict:
     try:
         data = YAML(typ="safe", pure=True).load(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise DesignError(f"{path}: cannot be read ({error.strerror})") from None
+        raise DesignError(f"{shown(path)}: cannot be read ({error.strerror})") from None
     except MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else "?"
         problem = (error.problem or "not YAML").splitlines()[0]
-        raise DesignError(f"{path}: line {line}: {problem}") from None
+        raise DesignError(f"{shown(path)}: line {line}: {problem}") from None
     except (YAMLError, UnicodeDecodeError) as error:
-        raise DesignError(f"{path}: not YAML ({str(error).splitlines()[0]})") from None
+        raise DesignError(f"{shown(path)}: not YAML ({str(error).splitlines()[0]})") from None
     if not isinstance(data, dict):
-        raise DesignError(f"{path}: must hold keys and values")
+        raise DesignError(f"{shown(path)}: must hold keys and values")
     return data
 
 
@@ -46,64 +50,72 @@ def parse_scalar(text: str) -> bool | int | float | str:
 
 def read_design(model: type[Model], path: Path) -> Model:
     """Return the validated design in a YAML file."""
-    return validate(model, read_yaml(path), path)
+    return validate(model, read_yaml(path), shown(path))
 
 
-def validate(model: type[Model], data: object, source: str | Path, prefix: str = "") -> Model:
-    """Validate `data`; `source` and `prefix` say in the message where it came from."""
+def shown(path: Path) -> str:
+    """Return a path as a message shows it: from the working folder, if it is inside."""
+    try:
+        return str(path.resolve().relative_to(Path.cwd()))
+    except ValueError:
+        return str(path)
+
+
+def validate(
+    model: type[Model], data: object, source: str | Path, written_at: dict[str, str] | None = None
+) -> Model:
+    """Validate `data`.
+
+    Parameters
+    ----------
+    source : str or Path
+        Says in a message where the data came from.
+    written_at : dict, optional
+        Key → source, for keys whose values were written elsewhere. A problem of several keys
+        together is said to come from all of these.
+    """
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        raise DesignError(f"{source}: {_first_problem(model, error, prefix)}") from None
+        # An unknown key is the likeliest cause of a missing one, so it is told first.
+        problem = min(error.errors(), key=lambda problem: problem["type"] != "extra_forbidden")
+    keys, node = locate(model, problem["loc"])
+    key = ".".join(keys)
+    if written_at:
+        source = written_at.get(key) or ", ".join(written_at.values())
+    raise DesignError(": ".join(filter(None, [str(source), key, _told(problem, model, node)])))
 
 
-def _first_problem(model: type[BaseModel], error: ValidationError, prefix: str) -> str:
-    # An unknown key is the likeliest cause of a missing one, so it is told first.
-    problem = min(error.errors(), key=lambda problem: problem["type"] != "extra_forbidden")
-    path, owner = _resolve(model, problem["loc"])
-    key = ".".join([*filter(None, [prefix]), *path]) or "(top level)"
+def _told(problem: dict, model: type[BaseModel], node: dict) -> str:
+    accepts = accepted(node, schema_of(model))
     match problem["type"]:
         case "extra_forbidden":
-            return f"{key}: unknown key; accepted: {', '.join(owner.model_fields)}"
+            owner = locate(model, problem["loc"][:-1])[1]
+            return f"unknown key; accepted: {', '.join(owner['properties'])}"
         case "missing":
-            return f"{key}: missing"
+            return f"missing; accepted: {accepts}"
         case "value_error":
-            return f"{key}: {problem['ctx']['error']}"
+            return str(problem["ctx"]["error"])
+        case "union_tag_not_found" | "union_tag_invalid" if "discriminator" in node:
+            name = node["discriminator"]["propertyName"]
+            given = problem["input"].get(name, "nothing")
+            tags = ", ".join(node["discriminator"]["mapping"])
+            return f"{name} is {_brief(given)}; accepted: {tags}"
+    return f"is {_brief(problem['input'])}; accepted: {accepts}"
+
+
+def _brief(value: object) -> str:
+    match value:
+        case None:
+            return "empty"
+        case dict():
+            text = "{" + ", ".join(map(str, value)) + "}"
+        case list() | tuple():
+            text = f"[{', '.join(map(str, value))}]"
+        case bool():
+            text = str(value).lower()
+        case str():
+            text = f"'{value}'"
         case _:
-            message = problem["msg"].removeprefix("Input ")
-            return f"{key}: {message}, not {problem['input']!r}"
-
-
-def _resolve(model: type[BaseModel], location: tuple) -> tuple[list[str], type[BaseModel]]:
-    """Return the keys of a pydantic location, without union tags, and the model they end in."""
-    keys: list[str] = []
-    owner = model
-    candidates = [model]
-    for part in location:
-        tagged = [
-            each
-            for each in candidates
-            if any(
-                part in get_args(field.annotation)
-                for name, field in each.model_fields.items()
-                if name in ("kind", "shape")
-            )
-        ]
-        if tagged and len(candidates) > 1:
-            candidates, owner = tagged, tagged[0]
-            continue
-        keys.append(str(part))
-        fields = [each.model_fields[part] for each in candidates if part in each.model_fields]
-        if fields:
-            owner = next(each for each in candidates if part in each.model_fields)
-            inner = [each for field in fields for each in _models_in(field.annotation)]
-            candidates = inner or candidates
-            if inner:
-                owner = inner[0]
-    return keys, owner
-
-
-def _models_in(annotation) -> list[type[BaseModel]]:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    return [model for part in get_args(annotation) for model in _models_in(part)]
+            text = str(value)
+    return text if len(text) <= BRIEF else text[: BRIEF - 1] + "…"

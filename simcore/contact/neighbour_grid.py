@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from scipy.spatial import cKDTree
 
-SKIN_EDGE = 0.02
+SKIN_EDGE = 0.03
 """Edge of the cells that skin vertices are sorted into [m]; tuned for time, without effect on the
 result (docs/performance.md)."""
 
@@ -136,7 +136,7 @@ def near_pairs(
     offsets = np.zeros(device.shape[0] + 1, np.int64)
     if chosen.size == 0:
         return rows[:0].copy(), offsets[:1].copy(), rows[:0].copy()
-    low, shape, starts, vertex, point = _sort_into_cells(skin, chosen, SKIN_EDGE)
+    low, shape, starts, vertex, point = _sort_into_cells(skin, chosen)
     x, y, z = np.empty(chosen.size), np.empty(chosen.size), np.empty(chosen.size)
     near = np.empty(chosen.size, np.int64)
     square = np.empty(chosen.size)
@@ -145,20 +145,21 @@ def near_pairs(
     total = 0
     reach = radius + slack
     for patch in range(patch_radius.size):
+        cx, cy, cz = patch_centre[patch, 0], patch_centre[patch, 1], patch_centre[patch, 2]
         ball = patch_radius[patch]
-        count = _gather(
-            point, low, shape, starts, patch_centre[patch], reach + 2 * slack + ball, near, square
+        count, nearest = _gather(
+            point, low, shape, starts, cx, cy, cz, reach + 2 * slack + ball, near, square
         )
-        if count == 0:
+        if nearest > (reach + ball) ** 2:
             continue
         # From anywhere in the patch the nearest is at most d + r away, d being seen from its
         # centre; what can matter is then at most d + 2r + 2·slack from the centre.
-        limit = (np.sqrt(square[:count].min()) + 2 * ball + 2 * slack) ** 2
+        limit = (np.sqrt(nearest) + 2 * ball + 2 * slack) ** 2
         kept = 0
         for e in range(count):
             if square[e] <= limit:
                 place = near[e]
-                near[kept] = place
+                near[kept] = vertex[place]
                 x[kept], y[kept], z[kept] = point[place, 0], point[place, 1], point[place, 2]
                 kept += 1
         for entry in range(patch_offsets[patch], patch_offsets[patch + 1]):
@@ -166,16 +167,18 @@ def near_pairs(
             px, py, pz = device[k, 0], device[k, 1], device[k, 2]
             nearest = np.inf
             for e in range(kept):
-                square[e] = (x[e] - px) ** 2 + (y[e] - py) ** 2 + (z[e] - pz) ** 2
-                nearest = min(nearest, square[e])
+                distance = (x[e] - px) ** 2 + (y[e] - py) ** 2 + (z[e] - pz) ** 2
+                square[e] = distance
+                if distance < nearest:
+                    nearest = distance
             if nearest > reach * reach:
                 continue
             limit = (np.sqrt(nearest) + 2 * slack) ** 2
+            while total + kept > candidates.size:
+                candidates = np.concatenate((candidates, candidates))
             for e in range(kept):
                 if square[e] <= limit:
-                    if total == candidates.size:
-                        candidates = np.concatenate((candidates, candidates))
-                    candidates[total] = vertex[near[e]]
+                    candidates[total] = near[e]
                     total += 1
             rows[row_count] = k
             row_count += 1
@@ -183,41 +186,45 @@ def near_pairs(
     return rows[:row_count].copy(), offsets[: row_count + 1].copy(), candidates[:total].copy()
 
 
-@njit(cache=True, error_model="numpy")
-def _gather(point, low, shape, starts, centre, radius, near, square):
-    """Write the places, and squared distances, of the points in a ball; return their number."""
+@njit(inline="always")
+def _gather(point, low, shape, starts, cx, cy, cz, radius, near, square):
+    """Write the places, and squared distances, of the points in a ball.
+
+    Returns their number and the least squared distance. In line, because passing the arrays would
+    cost more than the search.
+    """
+    first_x = max(int(np.floor((cx - radius - low[0]) / SKIN_EDGE)), 0)
+    last_x = min(int(np.floor((cx + radius - low[0]) / SKIN_EDGE)) + 1, shape[0])
+    first_y = max(int(np.floor((cy - radius - low[1]) / SKIN_EDGE)), 0)
+    last_y = min(int(np.floor((cy + radius - low[1]) / SKIN_EDGE)) + 1, shape[1])
+    first_z = max(int(np.floor((cz - radius - low[2]) / SKIN_EDGE)), 0)
+    last_z = min(int(np.floor((cz + radius - low[2]) / SKIN_EDGE)) + 1, shape[2])
     count = 0
-    for i in range(max(int((centre[0] - radius - low[0]) / SKIN_EDGE), 0),
-                   min(int(np.floor((centre[0] + radius - low[0]) / SKIN_EDGE)) + 1, shape[0])):
-        gap_x = max(low[0] + i * SKIN_EDGE - centre[0],
-                    centre[0] - low[0] - (i + 1) * SKIN_EDGE, 0.0)
-        for j in range(max(int((centre[1] - radius - low[1]) / SKIN_EDGE), 0),
-                       min(int(np.floor((centre[1] + radius - low[1]) / SKIN_EDGE)) + 1,
-                           shape[1])):
-            gap_y = max(low[1] + j * SKIN_EDGE - centre[1],
-                        centre[1] - low[1] - (j + 1) * SKIN_EDGE, 0.0)
-            left = radius * radius - gap_x * gap_x - gap_y * gap_y
-            if left < 0:
-                continue
-            half = np.sqrt(left)
-            first = max(int((centre[2] - half - low[2]) / SKIN_EDGE), 0)
-            last = min(int(np.floor((centre[2] + half - low[2]) / SKIN_EDGE)) + 1, shape[2])
+    least = np.inf
+    if first_z >= last_z:
+        last_x = first_x
+    for i in range(first_x, last_x):
+        for j in range(first_y, last_y):
             column = (i * shape[1] + j) * shape[2]
-            for place in range(starts[column + first], starts[column + max(first, last)]):
-                distance = ((point[place, 0] - centre[0]) ** 2
-                            + (point[place, 1] - centre[1]) ** 2
-                            + (point[place, 2] - centre[2]) ** 2)
+            for place in range(starts[column + first_z], starts[column + last_z]):
+                dx = point[place, 0] - cx
+                dy = point[place, 1] - cy
+                dz = point[place, 2] - cz
+                distance = dx * dx + dy * dy + dz * dz
                 if distance <= radius * radius:
                     near[count] = place
                     square[count] = distance
                     count += 1
-    return count
+                    if distance < least:
+                        least = distance
+    return count, least
 
 
 @njit(cache=True, error_model="numpy")
-def _sort_into_cells(skin, chosen, edge):
+def _sort_into_cells(skin, chosen):
     """Return the chosen skin vertices sorted by cubic cell: lowest corner, shape, cell starts,
     vertex and position of each."""
+    edge = SKIN_EDGE
     low = np.full(3, np.inf)
     high = np.full(3, -np.inf)
     for i in chosen:

@@ -1,7 +1,7 @@
 """Exact nearest-vertex search at little cost: two levels of neighbour lists (Verlet 1967).
 
-The outer list holds every device vertex that can come within the search radius, the inner list
-those that can touch. Each is valid while no segment has moved, in the device frame, by more than
+Each list holds the device vertices that can touch the skin, and for each of them the skin vertices
+that can be its nearest. The inner list, of little slack, is cut from the outer. Each is valid while no segment has moved, in the device frame, by more than
 its allowance; the lists then still hold idx(k) of section V.A, equal to a search over all pairs.
 """
 
@@ -20,7 +20,7 @@ OUTER_SLACK, INNER_SLACK = 0.005, 0.001
 """Motion that each list allows before it is made again [m]; tuned for time, without effect on
 the result (docs/performance.md)."""
 
-CLEARANCE_EDGE, CLEARANCE_MARGIN, PATCH_EDGE = 0.02, 0.3, 0.02
+CLEARANCE_EDGE, CLEARANCE_MARGIN, PATCH_EDGE = 0.02, 0.3, 0.03
 """Edge of the clearance grid's cells, its margin around the device, and edge of the device's
 patches [m]; tuned likewise."""
 
@@ -115,7 +115,7 @@ class Neighbours:
             self._skin_in_device, grid.origin, grid.edge, grid.shape, grid.clearance, grid.margin,
             self._clearance,
         )
-        self._outer = near_pairs(
+        near = near_pairs(
             self._skin_in_device,
             np.flatnonzero(self._clearance <= self._search_radius + 3 * OUTER_SLACK),
             self._device_vertices,
@@ -123,6 +123,7 @@ class Neighbours:
             self._search_radius,
             OUTER_SLACK,
         )
+        self._outer = self._can_touch(near, vertices, device, OUTER_SLACK)
         self._outer_listed = _with_rings(self._outer[2], *self._rings, len(vertices))
         _write_relative(
             rotations, positions, device.rotation, device.position, self._outer_pose
@@ -137,15 +138,20 @@ class Neighbours:
 
     def _build_inner(self, rotations, positions, device, pose, vertices) -> None:
         pose(self._outer_listed)
-        self.rows, self.offsets, self.candidates = _can_touch(
-            *self._outer, vertices, *self._rings, self._turn_rate, self._device_vertices,
-            device.rotation, device.position, INNER_SLACK,
+        self.rows, self.offsets, self.candidates = self._can_touch(
+            self._outer, vertices, device, INNER_SLACK
         )
         self.listed = _with_rings(self.candidates, *self._rings, len(vertices))
         _write_relative(
             rotations, positions, device.rotation, device.position, self._inner_pose
         )
         self.rebuilds[1] += 1
+
+    def _can_touch(self, pairs, vertices, device, slack):
+        return _can_touch(
+            *pairs, vertices, *self._rings, self._turn_rate, self._device_vertices,
+            device.rotation, device.position, slack,
+        )
 
 
 @njit(cache=True, error_model="numpy")

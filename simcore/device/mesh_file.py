@@ -30,7 +30,7 @@ def surface_from_file(design: MeshSurface, root: Path) -> Surface:
         mesh = trimesh.load(path, force="mesh")
     except Exception as error:  # the readers of trimesh raise whatever their format's parser does
         raise DesignError(f"{where}.file: cannot be read as a mesh ({error})") from None
-    if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
+    if not isinstance(mesh, trimesh.Trimesh) or not mesh.area > 0:  # also where it is not a number
         raise DesignError(f"{where}.file: holds no triangles")
     mesh.apply_scale(METRES[design.unit])
     mesh.merge_vertices(merge_tex=True, merge_norm=True)

@@ -1,13 +1,14 @@
 # Each body is built once, before the jobs that share it.
 
 
+BODIES = {each.coordinates["body"]: each.design.body for each in reversed(STUDY.candidates)}
+
+
 rule body:
-    input:
-        STUDY.path,
     output:
         f"{RESULTS}/bodies/{{body}}.glb",
     params:
-        study=STUDY.path,
+        design=lambda job: BODIES[job.body].model_dump_json(),
         digest=simulation_digest(),
     script:
         "../scripts/body.py"

@@ -3,9 +3,8 @@
 from pathlib import Path
 
 from simcore.body import build_body, write_glb
-from simcore.config import load_study
+from simcore.config import BodyDesign
 
-study = load_study(snakemake.params.study)
 name = snakemake.wildcards.body
-design = next(each.design for each in study.candidates if each.coordinates["body"] == name)
-write_glb(build_body(design.body, name), Path(snakemake.output[0]))
+design = BodyDesign.model_validate_json(snakemake.params.design)
+write_glb(build_body(design, name), Path(snakemake.output[0]))

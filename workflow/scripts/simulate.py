@@ -4,12 +4,16 @@ from pathlib import Path
 
 from simcore.config import load_study
 from simcore.dataset import write_rows
-from simcore.sweep import describe_row, simulate_missing
+from simcore.sweep import count_done, describe_row, simulate_missing
+
+
+def report(candidate, row):
+    """Print one line for a finished candidate."""
+    done = f"{count_done(study, candidate)}/{len(study.candidates)}"
+    print(f"{done:>9}  {describe_row(candidate, row)}", flush=True)
+
 
 study = load_study(snakemake.params.study)
 wanted = set(snakemake.params.candidates)
 candidates = [each for each in study.candidates if each.id in wanted]
-rows = simulate_missing(
-    study, candidates, lambda candidate, row: print(describe_row(candidate, row), flush=True)
-)
-write_rows(rows, Path(snakemake.output[0]))
+write_rows(simulate_missing(study, candidates, report), Path(snakemake.output[0]))

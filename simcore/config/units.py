@@ -1,0 +1,29 @@
+"""The unit that a key carries at the end of its name: one table for YAML, tables and NetCDF."""
+
+UNITS_OF_SUFFIX = {
+    "_deg": "degree",
+    "_m": "m",
+    "_s": "s",
+    "_kg": "kg",
+    "_n": "N",
+    "_hz": "Hz",
+    "_years": "year",
+    "_m_per_s": "m s-1",
+    "_n_per_m": "N m-1",
+    "_ns_per_m": "N s m-1",
+    "_nm_per_rad": "N m rad-1",
+    "_nms_per_rad": "N m s rad-1",
+}
+"""CF unit by the ending of a design key."""
+
+
+def units_of_key(path: str) -> str:
+    """Return the CF unit of a dotted path: that of its last part that names one, or "1".
+
+    In `posture.angles_deg.hip.flexion` it is a part on the way that names the unit.
+    """
+    for part in reversed(path.split(".")):
+        for suffix in sorted(UNITS_OF_SUFFIX, key=len, reverse=True):
+            if part.endswith(suffix):
+                return UNITS_OF_SUFFIX[suffix]
+    return "1"

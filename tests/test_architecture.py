@@ -1,0 +1,120 @@
+"""The walls of the house (docs/architecture.md)."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "simcore"
+SOURCES = sorted(PACKAGE.rglob("*.py"))
+SCRIPTS = sorted((ROOT / "workflow").rglob("*.py"))
+
+SIBLINGS = ("body", "device", "contact", "dynamics")
+FOUNDATION = {"errors", "config"}
+JOINTS = ("scene", "interaction", "recorder", "simulate", "metrics", "dataset", "sweep", "report",
+          "cli")
+"""What joins the rooms below, in the direction of the data: each may import those before it."""
+
+
+SHARED = ("pressure", "provenance")
+"""Know no other room."""
+
+
+def room_of(path):
+    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+
+
+def imports_of(path):
+    """Full names of all modules that a file imports, anywhere in it."""
+    names = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names += [each.name for each in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import"
+            names += [node.module, *(f"{node.module}.{each.name}" for each in node.names)]
+    return names
+
+
+def rooms_imported(path):
+    named = {name.split(".")[1] for name in imports_of(path) if name.startswith("simcore.")}
+    return named & {room_of(each) for each in SOURCES} - {room_of(path)}
+
+
+def importers_of(library):
+    return {
+        str(path.relative_to(PACKAGE)) for path in SOURCES
+        if any(name.split(".")[0] == library for name in imports_of(path))
+    }
+
+
+def test_the_walls_are_there():
+    rooms = {room_of(path) for path in SOURCES}
+    assert rooms >= {*SIBLINGS, *FOUNDATION, *JOINTS}
+    assert "body" in rooms_imported(PACKAGE / "scene.py")
+    assert importers_of("pinocchio")
+
+
+@pytest.mark.parametrize("room", SIBLINGS)
+def test_body_device_contact_and_dynamics_stand_apart(room):
+    for path in SOURCES:
+        if room_of(path) == room:
+            assert rooms_imported(path) <= FOUNDATION, path
+
+
+@pytest.mark.parametrize("room", ["contact", "dynamics"])
+def test_contact_and_dynamics_know_no_designs(room):
+    for path in SOURCES:
+        if room_of(path) == room:
+            assert rooms_imported(path) <= {"errors"}, path
+
+
+def test_errors_know_nothing_and_config_only_errors():
+    assert not rooms_imported(PACKAGE / "errors.py")
+    for path in SOURCES:
+        if room_of(path) == "config":
+            assert rooms_imported(path) <= {"errors"}, path
+
+
+@pytest.mark.parametrize("room", JOINTS)
+def test_data_flow_one_way(room):
+    """Each joins only what lies below it; what is in no list, as a benchmark, is for cli alone."""
+    below = {*FOUNDATION, *SIBLINGS, *SHARED, *JOINTS[: JOINTS.index(room)]}
+    for path in SOURCES:
+        if room_of(path) == room and room != "cli":
+            assert rooms_imported(path) <= below, path
+        if room_of(path) in SHARED:
+            assert not rooms_imported(path), path
+
+
+def test_yaml_is_read_only_in_config():
+    for library in ("ruamel", "yaml"):
+        assert all(name.startswith("config/") for name in importers_of(library)), library
+
+
+def test_xarray_and_netcdf_stay_with_the_dataset():
+    for library in ("xarray", "netCDF4", "h5netcdf"):
+        for name in importers_of(library):
+            assert name in ("dataset.py", "sweep.py") or name.startswith("report/"), name
+
+
+def test_snakemake_is_named_only_under_workflow():
+    for path in SOURCES:
+        assert "snakemake" not in path.read_text(encoding="utf-8").lower(), path
+
+
+def test_workflow_scripts_are_thin():
+    assert SCRIPTS
+    for path in SCRIPTS:
+        assert len(path.read_text(encoding="utf-8").splitlines()) <= 30, path
+
+
+def test_no_file_is_long():
+    for path in [*SOURCES, *SCRIPTS]:
+        assert len(path.read_text(encoding="utf-8").splitlines()) <= 400, path
+
+
+def test_no_drawer_for_leftovers():
+    for path in SOURCES:
+        assert path.stem not in ("utils", "util", "helpers", "helper", "common", "misc", "manager")
