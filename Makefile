@@ -21,7 +21,6 @@ bench: setup
 
 lint: setup
 	$(BIN)/ruff check .
-	$(BIN)/ruff format --check simcore/config simcore/device workflow
 
 clean:
 	rm -rf .venv .uv .snakemake results build *.egg-info .pytest_cache .ruff_cache .hypothesis

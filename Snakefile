@@ -2,8 +2,8 @@
 from pathlib import Path
 
 from simcore.config import load_study
+from simcore.jobs import jobs_of
 from simcore.provenance import presentation_digest, simulation_digest
-from simcore.sweep import begin_count, jobs_of
 
 if not workflow.output_settings.dryrun:  # the console shows what fails, the log file everything
     for handler in logger.handlers:
@@ -22,6 +22,8 @@ rule all:
 
 
 onstart:
+    from simcore.sweep import begin_count  # slow to import, and needed only where a job will run
+
     begin_count(STUDY)
 
 

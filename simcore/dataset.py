@@ -183,14 +183,15 @@ def design_of(ds: xr.Dataset) -> Design:
 
 def write_dataset(ds: xr.Dataset, path: Path) -> None:
     """Write compressed NetCDF so that `path` is either the whole file or untouched."""
+    ds = ds.drop_encoding()  # of files read before: it would cut texts to the length of the first
     encoding = {
         name: {"zlib": True, "complevel": 4}
         for name, variable in ds.variables.items()
         if variable.ndim and variable.dtype.kind in "fiu"
     }
     if "skin_pressure" in encoding:
-        # 1 in 1000 is far below what any sensor resolves, and halves the file.
-        encoding["skin_pressure"] |= {"significant_digits": 3, "quantize_mode": "GranularBitRound"}
+        # 9 bits of mantissa, 1 in 1000: far below what any sensor resolves, and halves the file.
+        encoding["skin_pressure"] |= {"significant_digits": 9, "quantize_mode": "BitRound"}
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.name}.{os.getpid()}")
     try:

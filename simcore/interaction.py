@@ -7,7 +7,7 @@ from simcore.body.segments import PARENTS, SEGMENTS
 from simcore.body.skin_listed import (
     blend_listed,
     blend_motion_listed,
-    normal_turn_rate,
+    edge_change_rate,
     segment_balls,
     torque_of_wrenches,
     wrench_listed,
@@ -18,7 +18,7 @@ from simcore.contact.penalty import penalty_forces
 from simcore.device.motion import DeviceState
 from simcore.dynamics.joints import PostureControl
 from simcore.dynamics.pinocchio_views import view_segments
-from simcore.scene import Scene
+from simcore.scene import Scene, posed_skin
 
 
 class Interaction:
@@ -59,9 +59,10 @@ class Interaction:
         self._rings = skin.ring_offsets, skin.ring_next
         self._device_vertices = scene.device.surface.contact_points
         centre, radius = segment_balls(skin, len(SEGMENTS))
+        rate = edge_change_rate(skin, posed_skin(body, body.rest_configuration), radius)
         self._neighbours = Neighbours(
             self._device_vertices, skin.influence_offsets, skin.influence_segment, *self._rings,
-            normal_turn_rate(skin, radius), centre, radius, contact.search_radius_m,
+            rate, centre, radius, contact.search_radius_m,
         )
         self._law = (
             contact.stiffness_n_per_m, contact.damping_ns_per_m, contact.friction_force_n,

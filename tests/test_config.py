@@ -5,6 +5,7 @@ import math
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
@@ -59,7 +60,7 @@ def test_range_holds_both_ends(start, steps, step):
     assert len(values) == steps + 1
     assert values[0] == start
     assert values[-1] == pytest.approx(start + steps * step, abs=1e-9)
-    assert all(b - a == pytest.approx(step, abs=1e-9) for a, b in zip(values, values[1:]))  # noqa: B905, RUF007
+    assert np.diff(values) == pytest.approx(step, abs=1e-9)
     assert not any(math.copysign(1, value) < 0 for value in values if value == 0)
 
 
@@ -74,8 +75,7 @@ def test_range_never_passes_its_end(start, length, step):
 def test_linspace_is_even_and_holds_both_ends(start, stop, count):
     values = Linspace(start=start, stop=stop, count=count).values
     assert (len(values), values[0], values[-1]) == (count, start, stop)
-    gaps = [b - a for a, b in zip(values, values[1:])]  # noqa: B905, RUF007
-    assert gaps == pytest.approx([(stop - start) / (count - 1)] * (count - 1), abs=1e-9)
+    assert np.diff(values) == pytest.approx((stop - start) / (count - 1), abs=1e-9)
 
 
 def test_steps_of_a_tenth_are_the_numbers_a_person_would_write():

@@ -5,14 +5,16 @@ from types import SimpleNamespace
 import numpy as np
 import pinocchio as pin
 import pytest
+import trimesh
 from scipy.spatial.transform import Rotation
 
 from simcore.body.skeleton import segment_placements
-from simcore.body.skin import blend, vertex_normals
-from simcore.body.skin_listed import blend_listed, normal_turn_rate, segment_balls
+from simcore.body.skin import blend, build_skin, vertex_normals
+from simcore.body.skin_listed import blend_listed, edge_change_rate, segment_balls
 from simcore.contact.neighbours import Neighbours
 from simcore.contact.penalty import penalty_forces
 from simcore.contact.reference import find_penetration
+from simcore.scene import posed_skin
 
 RADIUS = 0.03
 
@@ -26,9 +28,10 @@ class Pair:
         self.points = scene.device.surface.contact_points
         self.radius = radius
         skin, (centre, ball) = self.skin, segment_balls(self.skin, 18)
+        rest = posed_skin(scene.body, scene.body.rest_configuration)
         self.lists = Neighbours(
             self.points, skin.influence_offsets, skin.influence_segment, skin.ring_offsets,
-            skin.ring_next, normal_turn_rate(skin, ball), centre, ball, radius,
+            skin.ring_next, edge_change_rate(skin, rest, ball), centre, ball, radius,
         )
         self.vertices = np.zeros((skin.vertex_count, 3))
         start = scene.device.motion(0.0)
@@ -72,19 +75,19 @@ class Pair:
         skin = blend(self.skin, rotations, positions)
         world = self.points @ self.rotation.T + self.position
         found = find_penetration(skin, vertex_normals(self.skin, skin), world, self.radius)
-        expected = dict(zip(found.device_vertex, found.skin_vertex, strict=True))
-        depths = dict(zip(found.device_vertex, found.depth, strict=True))
         normals = vertex_normals(self.skin, self.vertices)
-        seen = {}
-        for row, k in enumerate(lists.rows):
-            candidates = lists.candidates[lists.offsets[row] : lists.offsets[row + 1]]
-            distance = np.linalg.norm(self.vertices[candidates] - world[k], axis=1)
-            i = candidates[distance.argmin()]
-            depth = normals[i] @ (self.vertices[i] - world[k])
-            if distance.min() <= self.radius and depth > 0:
-                seen[k] = i
-                assert depth == pytest.approx(depths[k], abs=1e-12)
-        assert seen == expected
+        row = np.repeat(np.arange(len(lists.rows)), np.diff(lists.offsets))
+        way = self.vertices[lists.candidates] - world[lists.rows[row]]
+        distance = np.linalg.norm(way, axis=1)
+        order = np.lexsort((distance, row))
+        first = order[lists.offsets[:-1]]  # the nearest candidate of each row
+        index = lists.candidates[first]
+        depth = np.einsum("ij,ij->i", normals[index], way[first])
+        touch = (distance[first] <= self.radius) & (depth > 0)
+        by_device = np.argsort(lists.rows[touch])
+        assert np.array_equal(lists.rows[touch][by_device], found.device_vertex)
+        assert np.array_equal(index[touch][by_device], found.skin_vertex)
+        assert np.abs(depth[touch][by_device] - found.depth).max(initial=0) < 1e-12
 
         still, force = np.zeros(3), np.zeros((len(skin), 3))
         depth_sum = np.zeros(len(skin))  # the law with k = 1 and nothing else adds up depths
@@ -194,3 +197,62 @@ def test_slow_creep_uses_up_every_allowance(scene):
             pair.move(sign * v)
             pair.check()
     assert pair.lists.rebuilds[0] < pair.lists.rebuilds[1]
+
+
+@pytest.mark.parametrize("radius", [0.02, 0.2])
+@pytest.mark.parametrize("roughness", [0.0, 0.25])
+def test_stone_that_rolls_in_place_is_exact(roughness, radius):
+    """One rigid segment turns about the centre of its ball, which stays where it is.
+
+    On a rough stone n is far from v − p, and d = 0 far from the skin: contacts come and go by the
+    turn of normals alone.
+    """
+    rng = np.random.default_rng(11)
+    stone = trimesh.creation.icosphere(subdivisions=3, radius=0.1)
+    stone.vertices *= 1 + roughness * rng.uniform(-1, 1, (len(stone.vertices), 1))
+    skin = build_skin(
+        np.array(stone.vertices), stone.faces, np.ones((len(stone.vertices), 1)),
+        np.zeros((1, 3)), np.eye(3)[None],
+    )
+    points = rng.uniform(-0.25, 0.25, (3000, 3))
+    centre, ball = segment_balls(skin, 1)
+    lists = Neighbours(
+        points, skin.influence_offsets, skin.influence_segment, skin.ring_offsets,
+        skin.ring_next, edge_change_rate(skin, np.array(stone.vertices), ball), centre, ball,
+        radius,
+    )
+    vertices = np.zeros_like(skin.influence_point)
+    device = SimpleNamespace(rotation=np.eye(3), position=np.zeros(3))
+    turn, seen = np.eye(3), set()
+    for _ in range(60):
+        spin = rng.normal(size=3)
+        turn = Rotation.from_rotvec(4e-3 * spin / np.linalg.norm(spin)).as_matrix() @ turn
+        posed = (skin.influence_point - centre) @ turn.T + centre
+        position = (centre - centre @ turn.T).reshape(1, 3)
+
+        def pose(indices, posed=posed):
+            vertices[indices] = posed[indices]
+
+        lists.update(turn[None], position, device, pose, vertices)
+        found = find_penetration(posed, vertex_normals(skin, posed), points, radius)
+        assert np.isin(found.device_vertex, lists.rows).all()
+        at = {k: row for row, k in enumerate(lists.rows)}
+        for k, i in zip(found.device_vertex, found.skin_vertex, strict=True):
+            row = at[k]
+            assert i in lists.candidates[lists.offsets[row] : lists.offsets[row + 1]]
+        seen.add(tuple(found.skin_vertex))
+    assert lists.rebuilds[1] < 60
+    assert len(seen) > 3
+
+
+def test_far_contacts_see_normals_turn(scene):
+    """200 mm away, d grows by what the normal turns while the skin hardly moves."""
+    pair, rng = Pair(scene, 0.2), np.random.default_rng(7)
+    pair.q[2] += 0.03
+    for _ in range(8):
+        axis, start = rng.normal(size=3), pair.q
+        for angle in np.linspace(0, 3e-3, 8):
+            v = np.zeros(pair.model.nv)
+            v[3:6] = angle * axis / np.linalg.norm(axis)
+            pair.q = pin.integrate(pair.model, start, v)
+            pair.check()

@@ -14,7 +14,7 @@ from simcore.contact.penalty import penalty_forces
 from simcore.contact.reference import find_penetration
 
 K, C, F_C, EPSILON, RADIUS = 1000.0, 5.0, 0.5, 0.1, 0.03
-seeds = st.integers(0, 2**32 - 1)
+seeds = st.integers(0, 2**32 - 2)
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,12 @@ import coal
 import numpy as np
 import pinocchio as pin
 import pytest
+import trimesh
 from scipy.spatial.transform import Rotation
 
 from simcore.body.segments import INDEX
 from simcore.errors import SimulationError
-from simcore.scene import posed_skin, segment_of_vertex
+from simcore.scene import build_scene, posed_skin, segment_of_vertex
 
 LOCK = {"posture.placement.approach": ()}
 """The body stays where it is put."""
@@ -47,6 +48,23 @@ def test_start_touches_nothing_and_leaves_a_small_gap(scene_with, changes):
     scene = scene_with(**changes)
     assert 0 < distance(scene) <= 1e-3
     assert distance(scene, (-2e-3, 0, 0)) <= 0  # the last approach went back, as far as it could
+
+
+def test_narrow_bar_meets_the_skin_between_its_vertices(design_with, tmp_path):
+    """A bar far thinner than the skin's triangles stops at their faces."""
+    trimesh.creation.box((0.3, 0.004, 0.2)).export(tmp_path / "bar.stl")
+    bar = {"shape": "mesh", "file": "bar.stl", "unit": "m", "recline_deg": 0, "vertex_count": 4000}
+    design = design_with({
+        "device.surface": bar, "posture.placement.approach": ((0, 0, -1),),
+        "posture.placement.pelvis_m": (0.0, 0.09, 0.9),  # under the left thigh
+    }, skin_vertices=2000, support_angle_deg=0)
+    scene = build_scene(design, "man", tmp_path)
+    skin = trimesh.Trimesh(
+        posed_skin(scene.body, scene.configuration), scene.body.skin.faces, process=False
+    )
+    points = scene.device.surface.contact_points
+    assert not skin.contains(points).any()
+    assert skin.contains(points + np.array([0, 0, 2e-3])).any()
 
 
 def placements(scene):

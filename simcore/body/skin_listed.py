@@ -16,32 +16,37 @@ def segment_balls(skin: Skin, segment_count: int) -> tuple[np.ndarray, np.ndarra
     return centre, radius
 
 
-def normal_turn_rate(skin: Skin, segment_radius: np.ndarray) -> np.ndarray:
-    """Return how far each vertex normal can turn per motion of the skin around it (n,) [rad/m].
+def edge_change_rate(
+    skin: Skin, rest_vertices: np.ndarray, segment_radius: np.ndarray
+) -> np.ndarray:
+    """Return how much the edges at each vertex can change per motion of the skin around it (n,).
 
-    Where no point of segment j moves by more than m, its frame turns by at most m/r_j, r_j being
-    the radius of its skin, and an edge b − i of the mesh changes, relative to its length e, by at
-    most m (1/r + Σ_j |α_bj − α_ij| / e). A triangle whose edges change by a share κ m turns by at
-    most 2√3/3·2 κ m ≈ 2.4 κ m when it is equilateral; 4 covers the even mesh's worst triangles.
+    Where no skin of segment j moves by more than m, its frame turns by at most m/r_j, r_j being the
+    radius of its skin. So by Eq. 3 an edge from i to b, of length e at rest, changes by at most
+    m (e/r + w (1 + e/r)), with w = Σ_j |α_bj − α_ij|.
 
     Parameters
     ----------
     skin : Skin
+    rest_vertices : (n, 3)
+        Skin in any pose it was blended from [m].
     segment_radius : (18,)
         Radius of the skin of each segment [m].
     """
     count = skin.vertex_count
     owner = np.repeat(np.arange(count), np.diff(skin.influence_offsets))
+    centre = np.repeat(np.arange(count), np.diff(skin.ring_offsets))
     weights = np.zeros((count, len(segment_radius)))
     weights[owner, skin.influence_segment] = skin.influence_weight
+    turning = np.zeros(count)
+    np.maximum.at(turning, owner, 1 / segment_radius[skin.influence_segment])
     rate = np.zeros(count)
-    np.maximum.at(rate, owner, 1 / segment_radius[skin.influence_segment])
-    centre = np.repeat(np.arange(count), np.diff(skin.ring_offsets))
-    length = np.sqrt(skin.vertex_area[centre])  # of the order of the edge, from below
-    change = np.abs(weights[skin.ring_next[:, 0]] - weights[centre]).sum(axis=1) / length
-    blending = np.zeros(count)
-    np.maximum.at(blending, centre, change)
-    return 4 * (rate + blending)
+    for near in skin.ring_next.T:
+        edge = np.linalg.norm(rest_vertices[near] - rest_vertices[centre], axis=1)
+        turn = edge * np.maximum(turning[near], turning[centre])
+        change = np.abs(weights[near] - weights[centre]).sum(axis=1)
+        np.maximum.at(rate, centre, turn + change * (1 + turn))
+    return rate
 
 
 @njit(cache=True, error_model="numpy")

@@ -88,6 +88,10 @@ class BodyDesign(Strict):
     ] = 14_000
 
 
+CORNER_RADIUS_MIN = 0.005
+"""Least radius of the corner between a raised seat and its backrest [m]: about a grid spacing."""
+
+
 class SeatAndBackrest(Strict):
     """A seat and a reclined backrest joined by a fillet, one slab of even thickness.
 
@@ -119,13 +123,18 @@ class SeatAndBackrest(Strict):
 
     @model_validator(mode="after")
     def _fillets_fit(self):
-        # The corner's fillet takes r·tan((90° − recline)/2) of the seat, the front edge another r.
-        needed = self.fillet_radius_m * (1 + tan((pi / 2 - self.recline_rad) / 2))
-        if needed >= min(self.seat_depth_m, self.backrest_height_m):
-            raise ValueError(
-                f"the fillets take {needed:.3f} m of seat_depth_m and backrest_height_m, "
-                "which must be longer"
-            )
+        # The corner, rounded in the middle and raised at the sides, takes its share of seat and
+        # backrest; the front edge takes a radius of the seat.
+        share = tan((pi / 2 - self.recline_rad) / 2)
+        corner = share * max(self.fillet_radius_m, self.dish_depth_m + CORNER_RADIUS_MIN)
+        for name, needed in (
+            ("seat_depth_m", corner + self.fillet_radius_m), ("backrest_height_m", corner)
+        ):
+            if getattr(self, name) <= needed:
+                raise ValueError(
+                    f"{name} must exceed the {needed:.3f} m that fillet_radius_m and dish_depth_m "
+                    "take of it"
+                )
         if self.thickness_m > self.fillet_radius_m:
             raise ValueError("thickness_m must not exceed fillet_radius_m")
         return self

@@ -98,7 +98,7 @@ def _told(problem: dict, model: type[BaseModel], node: dict) -> str:
             return str(problem["ctx"]["error"])
         case "union_tag_not_found" | "union_tag_invalid" if "discriminator" in node:
             name = node["discriminator"]["propertyName"]
-            given = problem["input"].get(name, "nothing")
+            given = problem["input"].get(name)
             tags = ", ".join(node["discriminator"]["mapping"])
             return f"{name} is {_brief(given)}; accepted: {tags}"
     return f"is {_brief(problem['input'])}; accepted: {accepts}"

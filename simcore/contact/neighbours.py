@@ -1,8 +1,9 @@
 """Exact nearest-vertex search at little cost: two levels of neighbour lists (Verlet 1967).
 
 Each list holds the device vertices that can touch the skin, and for each of them the skin vertices
-that can be its nearest. The inner list, of little slack, is cut from the outer. Each is valid while no segment has moved, in the device frame, by more than
-its allowance; the lists then still hold idx(k) of section V.A, equal to a search over all pairs.
+that can be its nearest. The inner list, of little slack, is cut from the outer. Each is valid
+while no segment has moved, in the device frame, by more than its allowance; the lists then still
+hold idx(k) of section V.A wherever d_k can be positive, equal to a search over all pairs.
 """
 
 import numpy as np
@@ -36,8 +37,8 @@ class Neighbours:
         Skin as in `simcore.body.skin.Skin`.
     ring_offsets, ring_next
         One-ring of each skin vertex, likewise.
-    turn_rate : (n,) float64
-        Bound of how far each vertex normal turns per motion of the skin [rad/m].
+    edge_change_rate : (n,) float64
+        How much the edges at each vertex can change per motion of the skin around it, 1.
     segment_centre : (m, 3), segment_radius : (m,) float64
         Ball around the skin of each segment, segment frame [m].
     search_radius : float
@@ -58,7 +59,7 @@ class Neighbours:
         influence_segment: np.ndarray,
         ring_offsets: np.ndarray,
         ring_next: np.ndarray,
-        turn_rate: np.ndarray,
+        edge_change_rate: np.ndarray,
         segment_centre: np.ndarray,
         segment_radius: np.ndarray,
         search_radius: float,
@@ -67,7 +68,7 @@ class Neighbours:
         self._influences = influence_offsets, influence_segment
         self._rings = ring_offsets, ring_next
         self._search_radius = search_radius
-        self._turn_rate = turn_rate
+        self._edge_change_rate = edge_change_rate
         self._grid = build_clearance_grid(device_vertices, CLEARANCE_EDGE, CLEARANCE_MARGIN)
         patches = build_patches(device_vertices, PATCH_EDGE)
         self._patches = patches.offsets, patches.vertex, patches.centre, patches.radius
@@ -130,10 +131,11 @@ class Neighbours:
         )
         # A segment whose skin is far from the device may move by as much as it is far.
         nearest, used = _nearest_by_segment(
-            offsets, segments, self._clearance, self._outer[2], len(rotations)
+            offsets, segments, self._clearance, self._outer_listed, len(rotations)
         )
-        self._outer_allowance = np.maximum(OUTER_SLACK, nearest - self._search_radius)
-        self._inner_allowance = np.where(used, INNER_SLACK, self._outer_allowance)
+        far = np.maximum(OUTER_SLACK, nearest - self._search_radius)
+        self._outer_allowance = np.where(used, OUTER_SLACK, far)
+        self._inner_allowance = np.where(used, INNER_SLACK, far)
         self.rebuilds[0] += 1
 
     def _build_inner(self, rotations, positions, device, pose, vertices) -> None:
@@ -149,7 +151,7 @@ class Neighbours:
 
     def _can_touch(self, pairs, vertices, device, slack):
         return _can_touch(
-            *pairs, vertices, *self._rings, self._turn_rate, self._device_vertices,
+            *pairs, vertices, *self._rings, self._edge_change_rate, self._device_vertices,
             device.rotation, device.position, slack,
         )
 
@@ -237,17 +239,42 @@ def vertex_normal(vertices, i, ring_offsets, ring_next):
 
 
 @njit(cache=True, error_model="numpy")
+def normal_change(vertices, i, ring_offsets, ring_next, edge_change):
+    """Return a bound of how far the unit normal of skin vertex i moves when the skin is deformed.
+
+    The normal is that of N = Σ u × w over the ring. Where no edge changes by more than δ
+    (`edge_change` [m]), N changes by at most ΔN = Σ δ (|u| + |w| + δ), and its direction by at most
+    √2 ΔN/|N| if ΔN < |N|.
+    """
+    nx = ny = nz = 0.0
+    change = 0.0
+    for e in range(ring_offsets[i], ring_offsets[i + 1]):
+        b, c = ring_next[e, 0], ring_next[e, 1]
+        ux, uy, uz = (vertices[b, 0] - vertices[i, 0], vertices[b, 1] - vertices[i, 1],
+                      vertices[b, 2] - vertices[i, 2])
+        wx, wy, wz = (vertices[c, 0] - vertices[i, 0], vertices[c, 1] - vertices[i, 1],
+                      vertices[c, 2] - vertices[i, 2])
+        nx += uy * wz - uz * wy
+        ny += uz * wx - ux * wz
+        nz += ux * wy - uy * wx
+        change += edge_change * (np.sqrt(ux * ux + uy * uy + uz * uz)
+                                 + np.sqrt(wx * wx + wy * wy + wz * wz) + edge_change)
+    length = np.sqrt(nx * nx + ny * ny + nz * nz)
+    return np.sqrt(2.0) * change / length if change < length else 2.0
+
+
+@njit(cache=True, error_model="numpy")
 def _can_touch(
-    rows, offsets, candidates, vertices, ring_offsets, ring_next, turn_rate, device_vertices,
+    rows, offsets, candidates, vertices, ring_offsets, ring_next, edge_change_rate, device_vertices,
     rotation, position, slack,
 ):
     """Return the rows of the outer list, and of each the candidates, that can matter for contact.
 
-    While the skin moves by at most `slack`, v − p changes by at most `slack` and the normal turns
-    by at most turn_rate·slack; so d = n·(v − p) of a candidate can become positive only if it is
-    above −slack (1 + |v − p| turn_rate) now.
+    While the skin moves by at most `slack`, v − p changes by at most that and n by at most Δ (see
+    `normal_change`); so d = n·(v − p) of a candidate can become positive only if it is above
+    −slack − |v − p| Δ now.
     """
-    normals = np.empty((vertices.shape[0], 3))
+    normals = np.empty((vertices.shape[0], 4))
     known = np.zeros(vertices.shape[0], np.bool_)
     kept_rows = np.empty(rows.size, np.int64)
     kept_offsets = np.zeros(rows.size + 1, np.int64)
@@ -279,9 +306,12 @@ def _can_touch(
             if not known[s]:
                 nx, ny, nz = vertex_normal(vertices, s, ring_offsets, ring_next)
                 normals[s, 0], normals[s, 1], normals[s, 2] = nx, ny, nz
+                normals[s, 3] = normal_change(
+                    vertices, s, ring_offsets, ring_next, slack * edge_change_rate[s]
+                )
                 known[s] = True
             depth = normals[s, 0] * dx + normals[s, 1] * dy + normals[s, 2] * dz
-            touches = depth >= -slack * (1 + np.sqrt(square) * turn_rate[s])
+            touches = depth >= -slack - np.sqrt(square) * normals[s, 3]
         if touches:
             kept_rows[count] = k
             count += 1
@@ -292,14 +322,14 @@ def _can_touch(
 
 
 @njit(cache=True, error_model="numpy")
-def _nearest_by_segment(offsets, segments, clearance, candidates, segment_count):
-    """Return each segment's least skin clearance [m], and whether it carries a candidate."""
+def _nearest_by_segment(offsets, segments, clearance, listed, segment_count):
+    """Return each segment's least skin clearance [m], and whether it carries a listed vertex."""
     nearest = np.full(segment_count, np.inf)
     used = np.zeros(segment_count, np.bool_)
     for i in range(clearance.size):
         for e in range(offsets[i], offsets[i + 1]):
             nearest[segments[e]] = min(nearest[segments[e]], clearance[i])
-    for i in candidates:
+    for i in listed:
         for e in range(offsets[i], offsets[i + 1]):
             used[segments[e]] = True
     return nearest, used

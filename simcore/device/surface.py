@@ -9,7 +9,7 @@ from math import cos, sin, tan
 
 import numpy as np
 
-from simcore.config.designs import SeatAndBackrest
+from simcore.config.designs import CORNER_RADIUS_MIN, SeatAndBackrest
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,45 +35,58 @@ class Surface:
 
 
 def seat_and_backrest(design: SeatAndBackrest) -> Surface:
-    """Return a slab bent along its side profile, as a box grid mapped on to it.
+    """Return a slab bent along its side profile and dished over its width.
 
-    The profile runs on the upper side from the front edge, rounded downwards by a quarter circle,
-    along the seat, through the corner fillet and up the backrest. Every surface point is
-    `profile(s) + (rise(y) − depth) · normal(s)`, where the dish rises as the fourth power of y:
-    flat in the middle, steep at the sides. Grid lines are even along both curves.
+    A box grid is mapped on to it. The dish rises as the fourth power of y, flat in the middle and
+    steep at the sides; the profile of each grid line is that of its rise, and the thickness lies
+    below it, along the profile's normal.
+    """
+    across = _dish(design.width_m, design.dish_depth_m)
+    middle = np.array([piece.length for piece in _profile(design, 0.0)])
+    length, width, thickness = middle.sum(), across[-1, 0], design.thickness_m
+    area = 2 * (length * width + length * thickness + width * thickness)
+    spacing = np.sqrt(area / design.vertex_count)
+    counts = [max(2, round(extent / spacing) + 1) for extent in (length, width, thickness)]
+
+    grid, faces = _box_grid(*counts)
+    # Grid lines across the slab meet the profile of every rise at the same share of each piece.
+    ends = np.concatenate([[0], np.cumsum(middle)]) / length
+    piece = np.clip(np.searchsorted(ends, grid[:, 0], side="right") - 1, 0, len(middle) - 1)
+    share = (grid[:, 0] - ends[piece]) / np.diff(ends)[piece]
+    sideways, rise = (np.interp(grid[:, 1] * width, across[:, 0], across[:, i]) for i in (1, 2))
+    upper, normal = np.empty((len(grid), 2)), np.empty((len(grid), 2))
+    for line in np.unique(grid[:, 1]):
+        on_line = grid[:, 1] == line
+        for index, each in enumerate(_profile(design, rise[on_line][0])):
+            here = on_line & (piece == index)
+            upper[here], normal[here] = each.at(share[here] * each.length)
+    side = upper - (grid[:, 2] * thickness)[:, None] * normal
+    vertices = np.column_stack([side[:, 0], sideways, side[:, 1]])
+    return Surface(vertices, faces, vertices, design.recline_rad)
+
+
+def _profile(design: SeatAndBackrest, rise: float) -> tuple["_Piece", ...]:
+    """Return the upper side at a rise [m], from front to top, in the x–z plane.
+
+    A quarter circle round the front edge, the seat, the corner's fillet and the backrest, all
+    raised along their normals. Where the rise exceeds the fillet's radius the corner stays sharp
+    but for `CORNER_RADIUS_MIN`.
     """
     recline, radius = design.recline_rad, design.fillet_radius_m
     seat, back = np.array([1.0, 0.0]), np.array([-sin(recline), cos(recline)])
-    # The corner turns by 90° − recline from the seat's direction to the backrest's.
-    turn = np.pi / 2 - recline
-    tangent = radius * tan(turn / 2)
-    flat = design.seat_depth_m - radius - tangent
-    segments = [
-        _arc(radius, np.pi / 2, np.array([design.seat_depth_m, -radius]), np.pi / 2),
-        _line(flat, np.array([tangent + flat, 0.0]), -seat),
-        _arc(radius, turn, np.array([tangent, 0.0]), np.pi, clockwise=True),
-        _line(design.backrest_height_m - tangent, tangent * back, back),
-    ]
-    lengths = np.array([segment.length for segment in segments])
-    total = lengths.sum()
-    across = _dish(design.width_m, design.dish_depth_m)
-    width, thickness = across[-1, 0], design.thickness_m
-    area = 2 * (total * width + total * thickness + width * thickness)
-    spacing = np.sqrt(area / design.vertex_count)
-    counts = [max(2, round(extent / spacing) + 1) for extent in (total, width, thickness)]
-
-    grid, faces = _box_grid(*counts)
-    along = grid[:, 0] * total
-    profile, normal = np.empty((len(grid), 2)), np.empty((len(grid), 2))
-    starts = np.concatenate([[0], np.cumsum(lengths)])
-    which = np.clip(np.searchsorted(starts, along, side="right") - 1, 0, len(segments) - 1)
-    for index, segment in enumerate(segments):
-        here = which == index
-        profile[here], normal[here] = segment.at(along[here] - starts[index])
-    sideways, rise = (np.interp(grid[:, 1] * width, across[:, 0], across[:, i]) for i in (1, 2))
-    side = profile + (rise - grid[:, 2] * thickness)[:, None] * normal
-    vertices = np.column_stack([side[:, 0], sideways, side[:, 1]])
-    return Surface(vertices, faces, vertices, recline)
+    turn = np.pi / 2 - recline  # from the seat's direction to the backrest's
+    corner = np.array([rise * (1 - sin(recline)) / cos(recline), rise])
+    corner_radius = max(radius - rise, CORNER_RADIUS_MIN)
+    tangent = corner_radius * tan(turn / 2)
+    front = design.seat_depth_m - radius
+    return (
+        _arc(radius + rise, np.pi / 2, np.array([front + radius + rise, -radius]), np.pi / 2),
+        _line(front - corner[0] - tangent, np.array([front, rise]), -seat),
+        _arc(corner_radius, turn, corner + tangent * seat, np.pi, clockwise=True),
+        _line(
+            design.backrest_height_m - corner @ back - tangent, corner + tangent * back, back
+        ),
+    )
 
 
 def _dish(width: float, depth: float) -> np.ndarray:
@@ -85,7 +98,7 @@ def _dish(width: float, depth: float) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class _Segment:
+class _Piece:
     """A piece of constant curvature of the profile in the x–z plane."""
 
     length: float
@@ -107,11 +120,11 @@ class _Segment:
 
 
 def _line(length: float, start: np.ndarray, direction: np.ndarray):
-    return _Segment(length, start, float(np.arctan2(direction[1], direction[0])), 0.0)
+    return _Piece(length, start, float(np.arctan2(direction[1], direction[0])), 0.0)
 
 
 def _arc(radius: float, turn: float, start: np.ndarray, angle: float, clockwise: bool = False):
-    return _Segment(radius * turn, start, angle, (-1 if clockwise else 1) / radius)
+    return _Piece(radius * turn, start, angle, (-1 if clockwise else 1) / radius)
 
 
 def _box_grid(n_u: int, n_v: int, n_w: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,10 +1,13 @@
 """Simulate the candidates of one job; write their figures as one table."""
 
+import signal
 from pathlib import Path
 
 from simcore.config import load_study
 from simcore.dataset import write_rows
 from simcore.sweep import count_done, describe_row, simulate_missing
+
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # an exception amid a write can hang NetCDF
 
 
 def report(candidate, row):
