@@ -124,7 +124,8 @@ def _place(body: Body, q: np.ndarray, device: RigidDevice, posture: Posture) -> 
 def _gap_along(unit: np.ndarray, skin: np.ndarray, faces: np.ndarray, device: Surface) -> float:
     """Return how far the skin can move along a direction before it meets the device [m].
 
-    Exact between vertices of either mesh and faces of the other; infinite where they never meet.
+    Exact between the skin's vertices and the device's faces, and between the device's contact
+    points and the skin's faces; infinite where they never meet.
     """
     gap = np.inf
     pairs = (

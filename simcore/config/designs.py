@@ -135,8 +135,8 @@ class SeatAndBackrest(Strict):
                     f"{name} must exceed the {needed:.3f} m that fillet_radius_m and dish_depth_m "
                     "take of it"
                 )
-        if self.thickness_m > self.fillet_radius_m:
-            raise ValueError("thickness_m must not exceed fillet_radius_m")
+        if self.thickness_m >= self.fillet_radius_m:
+            raise ValueError("thickness_m must be less than fillet_radius_m")
         return self
 
 

@@ -49,8 +49,8 @@ def surface_from_file(design: MeshSurface, root: Path) -> Surface:
 def _even_points(mesh: trimesh.Trimesh, count: int) -> np.ndarray:
     """Return points (n, 3) spread evenly over a mesh, about `count` of them [m].
 
-    Sample elimination in its simplest form: of many random points, those are kept that are no
-    nearer to one kept before than the distance that leaves about `count`.
+    Of many random points, those too close to others are removed; the distance is bisected until
+    about `count` are left.
     """
     spacing = np.sqrt(mesh.area / count)
     random, _ = trimesh.sample.sample_surface(mesh, OVERSAMPLING * count, seed=0)

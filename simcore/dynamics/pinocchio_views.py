@@ -48,6 +48,8 @@ def view_segments(model: pin.Model, data: pin.Data) -> SegmentViews:
         jacobian=data.J,
         _data=data,
     )
+    for view in (views.positions, views.velocities, views.jacobian):
+        view.flags.writeable = False
     # The layout above is Pinocchio's, not its contract.
     v = np.linspace(-1, 1, model.nv)
     pin.forwardKinematics(model, data, pin.integrate(model, pin.neutral(model), v), v)
