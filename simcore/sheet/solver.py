@@ -1,0 +1,128 @@
+"""What every sheet solver takes and gives."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from simcore.errors import SimulationError
+from simcore.sheet.contact import ContactForce, PlaneContact
+from simcore.sheet.hanging import BarState, Straps
+from simcore.sheet.net import Net
+
+GRAVITY = 9.80665
+"""Standard gravity, along −z [m/s²] (CGPM 1901)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """A net that hangs by straps.
+
+    Attributes
+    ----------
+    net : Net
+    straps : Straps
+    pinned : (n,) bool
+        Vertices that keep their velocity whatever pulls at them.
+    gravity : (3,) float64
+        [m/s²]
+    drag_rate : float
+        Damping of all motion, per true mass [1/s].
+    """
+
+    net: Net
+    straps: Straps
+    pinned: np.ndarray
+    gravity: np.ndarray
+    # ASSUME: air and seams take out e^−1 of a swing in a second.
+    drag_rate: float = 1.0
+
+
+@dataclass(eq=False)
+class SheetState:
+    """Vertices of a sheet in the world; `advance` overwrites them in place.
+
+    Attributes
+    ----------
+    position, velocity : (n, 3) float64
+        [m], [m/s]
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Reaction:
+    """What acted on a sheet during a step, as means over it.
+
+    Attributes
+    ----------
+    contacts : tuple of ContactForce
+        In the order of the contacts given.
+    strap_force : (s, 3) float64
+        On the sheet, from each strap, world [N]; the bar carries its opposite.
+    passes : int
+        Sub-steps or iterations taken.
+    """
+
+    contacts: tuple[ContactForce, ...]
+    strap_force: np.ndarray
+    passes: int
+
+
+class SheetSolver(Protocol):
+    """Advances a sheet through one outer step with frozen contact planes."""
+
+    sheet: Sheet
+
+    def advance(
+        self, state: SheetState, dt: float, contacts: Sequence[PlaneContact], bar: BarState
+    ) -> Reaction:
+        """Overwrite the state, and the contacts' anchors, with those dt [s] later.
+
+        `bar` is taken at the start of the step; its points move on with its velocity.
+
+        Raises
+        ------
+        SimulationError
+            A position that is not finite.
+        """
+        ...
+
+
+def make_sheet(net: Net, straps: Straps, pinned: np.ndarray | None = None) -> Sheet:
+    """Return a sheet under gravity; nothing is pinned unless told."""
+    free = np.zeros(len(net.mass), bool) if pinned is None else pinned
+    return Sheet(net, straps, free, np.array([0.0, 0.0, -GRAVITY]))
+
+
+def lay_flat(net: Net, origin: np.ndarray, rotation: np.ndarray | None = None) -> SheetState:
+    """Return the sheet at rest and unstretched.
+
+    Parameters
+    ----------
+    origin : (3,) float64
+        Where the origin of the sheet plane lies in the world [m].
+    rotation : (3, 3) float64, optional
+        Sheet frame (x, y in its plane) to world.
+    """
+    position = np.column_stack([net.rest_position, np.zeros(len(net.rest_position))])
+    if rotation is not None:
+        position = position @ rotation.T
+    position = np.ascontiguousarray(position + origin)
+    return SheetState(position, np.zeros_like(position))
+
+
+def check_finite(state: SheetState) -> None:
+    """Refuse a state that blew up.
+
+    Raises
+    ------
+    SimulationError
+        With status "blow_up".
+    """
+    if not np.isfinite(state.position.sum()):
+        bad = int((~np.isfinite(state.position).all(axis=1)).argmax())
+        raise SimulationError("blow_up", f"the sheet diverged at its vertex {bad}")
