@@ -34,9 +34,8 @@ def check(study: StudyPath) -> None:
     loaded = load_study(study)
     for design in {candidate.design.body for candidate in loaded.candidates}:
         check_body(design)
-    devices = (candidate.design.device for candidate in loaded.candidates)
-    for device in {device.surface: device for device in devices}.values():
-        build_surface(device, loaded.root)
+    for surface in {candidate.design.device.surface for candidate in loaded.candidates}:
+        build_surface(surface, loaded.root)
     axes = " × ".join(f"{len(values)} {name}" for name, values in loaded.axes.items())
     console.print(f"{study}: {len(loaded.candidates)} candidates ({axes})", highlight=False)
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from simcore.body.build import Body, build_body
 from simcore.body.posture import configuration
 from simcore.body.skin import blend, vertex_normals
-from simcore.config.designs import Design, Method, Posture, RoboticLift
+from simcore.config.designs import Design, MeshSurface, Method, Posture, SeatAndBackrest
 from simcore.contact.reference import find_penetration
 from simcore.device.motion import Motion
 from simcore.device.rigid import RigidDevice, build_surface
@@ -58,7 +58,8 @@ def build_scene(design: Design, body_name: str, root: Path) -> Scene:
     """
     body = _body(design.body, body_name)
     device = RigidDevice(
-        _surface(design.device, root), Motion(design.device.motion, design.device.support_angle_rad)
+        _surface(design.device.surface, root),
+        Motion(design.device.motion, design.device.support_angle_rad),
     )
     q = _posture(body, design.posture, device.surface.recline)
     q = _place(body, q, device, design.posture)
@@ -72,7 +73,7 @@ def _body(design, name: str) -> Body:
 
 
 @lru_cache(maxsize=4)
-def _surface(design: RoboticLift, root: Path) -> Surface:
+def _surface(design: SeatAndBackrest | MeshSurface, root: Path) -> Surface:
     return build_surface(design, root)
 
 

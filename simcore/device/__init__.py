@@ -1,7 +1,7 @@
 """Assistive devices: surfaces and the motion that carries them."""
 
 from simcore.device.motion import DeviceState, Motion
-from simcore.device.rigid import RigidDevice, build_rigid_device, build_surface
+from simcore.device.rigid import RigidDevice, build_surface
 from simcore.device.surface import Surface
 
 __all__ = [
@@ -9,6 +9,5 @@ __all__ = [
     "Motion",
     "RigidDevice",
     "Surface",
-    "build_rigid_device",
     "build_surface",
 ]

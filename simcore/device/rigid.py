@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from simcore.config.designs import MeshSurface, RoboticLift
+from simcore.config.designs import MeshSurface, SeatAndBackrest
 from simcore.device.mesh_file import surface_from_file
 from simcore.device.motion import Motion
 from simcore.device.surface import Surface, seat_and_backrest
@@ -17,15 +17,8 @@ class RigidDevice:
     motion: Motion
 
 
-def build_surface(design: RoboticLift, root: Path) -> Surface:
+def build_surface(design: SeatAndBackrest | MeshSurface, root: Path) -> Surface:
     """Return the surface of a design; mesh files are sought under `root`."""
-    if isinstance(design.surface, MeshSurface):
-        return surface_from_file(design.surface, root)
-    return seat_and_backrest(design.surface)
-
-
-def build_rigid_device(design: RoboticLift, root: Path) -> RigidDevice:
-    """Return the device of a design; mesh files are sought under `root`."""
-    return RigidDevice(
-        build_surface(design, root), Motion(design.motion, design.support_angle_rad)
-    )
+    if isinstance(design, MeshSurface):
+        return surface_from_file(design, root)
+    return seat_and_backrest(design)
