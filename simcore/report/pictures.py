@@ -168,7 +168,8 @@ def _read_run(path: Path, body_name: str, root: Path) -> Run | str:
         return f"No picture: {name} holds no trajectory."
     try:
         design = design_of(frames)
-        body, surface = build_body(design.body, body_name), build_surface(design.device.surface, root)
+        body = build_body(design.body, body_name)
+        surface = build_surface(design.device.surface, root)
     except ValidationError:
         return f"No picture: {name} has a design that this version does not know."
     except DesignError as error:
