@@ -12,7 +12,6 @@ from scipy.spatial.transform import Rotation
 from simcore.body.regions import REGION_NAMES
 from simcore.body.segments import SEGMENT_NAMES
 from simcore.config import Candidate, Design, Study
-from simcore.config.units import UNITS_OF_SUFFIX as UNITS_OF_SUFFIX
 from simcore.config.units import units_of_key
 from simcore.errors import DesignError
 from simcore.metrics import JOINTS, METRICS

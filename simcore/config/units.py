@@ -23,7 +23,11 @@ def units_of_key(path: str) -> str:
     In `posture.angles_deg.hip.flexion` it is a part on the way that names the unit.
     """
     for part in reversed(path.split(".")):
-        for suffix in sorted(UNITS_OF_SUFFIX, key=len, reverse=True):
-            if part.endswith(suffix):
-                return UNITS_OF_SUFFIX[suffix]
+        if unit_suffix(part):
+            return UNITS_OF_SUFFIX[unit_suffix(part)]
     return "1"
+
+
+def unit_suffix(key: str) -> str:
+    """Return the ending of a key that names its unit, empty where there is none."""
+    return max((suffix for suffix in UNITS_OF_SUFFIX if key.endswith(suffix)), key=len, default="")

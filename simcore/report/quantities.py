@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from simcore.dataset import UNITS_OF_SUFFIX
+from simcore.config.units import UNITS_OF_SUFFIX, unit_suffix
 
 NOT_KNOWN = "–"
 """Shown in place of a figure that does not exist."""
@@ -151,21 +151,17 @@ def _axis(ds: xr.Dataset, name: str) -> Axis:
                   for value in values)
     if name == "body":
         return Axis(name, "body", "", values, False)
-    unit = SYMBOLS.get(*[ds[name].attrs.get("units", "1")] * 2) if numeric else ""
+    unit = ds[name].attrs.get("units", "1") if numeric else ""
+    unit = SYMBOLS.get(unit, unit)
     if unit == "m" and max(abs(value) for value in values) < 1:
         unit = "mm"
     return Axis(name, key_title(name), unit, values, numeric)
 
 
 def _without_unit(key: str) -> str:
-    for suffix in sorted(UNITS_OF_SUFFIX, key=len, reverse=True):
-        if key.endswith(suffix):
-            return key.removesuffix(suffix)
-    return key
+    return key.removesuffix(unit_suffix(key))
 
 
 def _unit(key: str) -> str:
-    for suffix in sorted(UNITS_OF_SUFFIX, key=len, reverse=True):
-        if key.endswith(suffix):
-            return SYMBOLS.get(UNITS_OF_SUFFIX[suffix], UNITS_OF_SUFFIX[suffix])
-    return ""
+    unit = UNITS_OF_SUFFIX.get(unit_suffix(key), "")
+    return SYMBOLS.get(unit, unit)
