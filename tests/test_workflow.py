@@ -18,6 +18,8 @@ from simcore.dataset import open_dataset
 
 BIN = Path(sys.executable).parent
 
+MAKE_VARIABLES = ("MAKEFLAGS", "MAKELEVEL", "MAKE_TERMOUT", "MAKE_TERMERR", "MFLAGS")
+
 
 class Project:
     """A folder as a clone would have it, and how to run things in it."""
@@ -30,7 +32,9 @@ class Project:
         for name in ("Snakefile", "Makefile"):
             shutil.copy(ROOT / name, folder / name)
         (folder / ".venv").symlink_to(BIN.parent)
-        self.environment = os.environ | {"PYTHONPATH": str(folder)}
+        # What `make test` tells the makes below it would change what they print.
+        clean = {key: each for key, each in os.environ.items() if key not in MAKE_VARIABLES}
+        self.environment = clean | {"PYTHONPATH": str(folder)}
 
     def write_study(self, name: str, text: str) -> Path:
         path = self.folder / "config" / f"{name}.yaml"
