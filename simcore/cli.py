@@ -46,12 +46,15 @@ def body(
     out: Annotated[Path | None, typer.Option(help="GLB file [default: results/bodies]")] = None,
 ) -> None:
     """Build a body, print its masses beside de Leva's, and write it as GLB."""
-    from simcore.body import build_body, describe_body, write_glb
+    from simcore.body import check_body
     from simcore.config import BodyDesign, read_design
 
     model = read_design(BodyDesign, design)
+    check_body(model, design.stem)
     if out:
         _refuse_unwritable(out)
+    from simcore.body import build_body, describe_body, write_glb  # slow to import
+
     built = build_body(model, design.stem)
     out = out or Path("results/bodies") / f"{design.stem}.glb"
     console.print(

@@ -8,7 +8,7 @@ from importlib import import_module
 _HOME = {
     "Body": "build",
     "build_body": "build",
-    "check_body": "build",
+    "check_body": "reach",
     "describe_body": "describe",
     "write_glb": "describe",
     "configuration": "posture",

@@ -9,13 +9,14 @@ import pinocchio as pin
 
 from simcore.body.cache import cache_folder, cached_arrays, content_key
 from simcore.body.makehuman import DATA
+from simcore.body.reach import check_body
 from simcore.body.regions import REGION_NAMES
 from simcore.body.segments import SEGMENT_NAMES
 from simcore.body.skeleton import build_model, configuration_of
 from simcore.body.skin import SKIN_FIELDS, Skin
 
 # Modules that use a finished body; any other module of this package may change what is cached.
-CONSUMERS = {"__init__", "build", "describe", "posture", "skin_listed"}
+CONSUMERS = {"__init__", "build", "describe", "posture", "reach", "skin_listed"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +69,7 @@ def build_body(design, name: str | None = None) -> Body:
         If no body of this sex and age has the stature and mass; the message names the range.
     """
     name = name or design.name
+    check_body(design, name)
     values = {
         key: getattr(design, key)
         for key in ("sex", "age_years", "stature_m", "mass_kg", "inertia", "skin_vertices")
@@ -94,12 +96,3 @@ def build_body(design, name: str | None = None) -> Body:
         vertex_region=arrays["vertex_region"],
         region_names=REGION_NAMES,
     )
-
-
-def check_body(design, name: str | None = None) -> None:
-    """Raise DesignError when no body has the design's stature and mass; builds nothing."""
-    from simcore.body.construct import family_of
-    from simcore.body.phenotype import check_reachable
-
-    name = name or getattr(design, "name", f"{design.sex} of {design.age_years:g} years")
-    check_reachable(family_of(design), name, design.stature_m, design.mass_kg)

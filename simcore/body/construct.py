@@ -19,9 +19,9 @@ from simcore.errors import DesignError
 SMALLEST_WEIGHT = 0.01  # ASSUME: skin weights below this are dropped and the rest renormalised
 
 
-def family_of(design) -> BodyFamily:
-    """All bodies of the design's sex and age, as closed surfaces."""
-    return body_family(design.sex, design.age_years, _closing(), load_template().faces)
+def family_of(sex: str, age_years: float) -> BodyFamily:
+    """All bodies of a sex and age, as closed surfaces."""
+    return body_family(sex, age_years, _closing(), load_template().faces)
 
 
 def construct_body(design, name: str) -> dict[str, np.ndarray]:
@@ -32,7 +32,8 @@ def construct_body(design, name: str) -> dict[str, np.ndarray]:
     DesignError
         If stature or mass is out of reach.
     """
-    template, closing, whole = load_template(), _closing(), family_of(design)
+    template, closing = load_template(), _closing()
+    whole = family_of(design.sex, design.age_years)
     target = (name, design.stature_m, design.mass_kg)
     first = fit_phenotype(whole, *target)
     evenly = remesh(whole.surface_vertices(first), template.faces, design.skin_vertices)

@@ -152,10 +152,8 @@ def fit_phenotype(family: BodyFamily, name: str, stature: float, mass: float) ->
     Raises
     ------
     DesignError
-        If none exists; the message names the reachable range.
+        If none exists.
     """
-    check_reachable(family, name, stature, mass)
-
     def unlikelihood(muscle):
         found = family.with_stature_and_mass(stature, mass, muscle)
         if found is None:
@@ -167,7 +165,8 @@ def fit_phenotype(family: BodyFamily, name: str, stature: float, mass: float) ->
     best = int(np.argmin(costs))
     if not np.isfinite(costs[best]):
         raise DesignError(
-            f"body {name}: no body of {stature:g} m and {mass:g} kg, though both are in range"
+            f"body {name}: no body of this sex and age has {stature:g} m and {mass:g} kg; accepted:"
+            " other values of stature_m and mass_kg"
         )
     bounds = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
     refined = minimize_scalar(unlikelihood, bounds=bounds, method="bounded",
@@ -176,26 +175,27 @@ def fit_phenotype(family: BodyFamily, name: str, stature: float, mass: float) ->
     return family.with_stature_and_mass(stature, mass, float(muscle))
 
 
-def check_reachable(family: BodyFamily, name: str, stature: float, mass: float) -> None:
-    """Raise DesignError, naming the range, when no body has this stature [m] and mass [kg]."""
-    builds = list(itertools.product(
+def reachable_statures(family: BodyFamily) -> tuple[float, float]:
+    """The shortest and the tallest of the bodies of a family [m]."""
+    builds = _builds(family)
+    return (
+        min(family.stature(Phenotype(HEIGHT_RANGE[0], *build)) for build in builds),
+        max(family.stature(Phenotype(HEIGHT_RANGE[1], *build)) for build in builds),
+    )
+
+
+def reachable_masses(family: BodyFamily, stature: float) -> tuple[float, float]:
+    """The lightest and the heaviest of the bodies of a stature that some body has [kg]."""
+    bodies = [family.with_stature(stature, *build) for build in _builds(family)]
+    masses = [family.mass(body) for body in bodies if body is not None]
+    return min(masses), max(masses)
+
+
+def _builds(family: BodyFamily) -> list[tuple[float, float]]:
+    """Weight and muscle of the bodies that can be a family's extremes."""
+    return list(itertools.product(
         (WEIGHT_RANGE[0], 0.5, WEIGHT_RANGE[1]), np.linspace(*family.muscle_range, ANCHOR_STEPS)
     ))
-    shortest = min(family.stature(Phenotype(HEIGHT_RANGE[0], *build)) for build in builds)
-    tallest = max(family.stature(Phenotype(HEIGHT_RANGE[1], *build)) for build in builds)
-    if not shortest <= stature <= tallest:
-        raise DesignError(
-            f"body {name}: stature_m {stature:g} is out of reach;"
-            f" bodies of this sex and age are {shortest:.2f} to {tallest:.2f} m"
-        )
-    bodies = [family.with_stature(stature, *build) for build in builds]
-    masses = [family.mass(body) for body in bodies if body is not None]
-    if not masses or not min(masses) <= mass <= max(masses):
-        span = f"{min(masses):.1f} to {max(masses):.1f} kg" if masses else "none"
-        raise DesignError(
-            f"body {name}: mass_kg {mass:g} is out of reach;"
-            f" bodies of this sex and age and {stature:g} m are {span}"
-        )
 
 
 def _hat(value: float, anchors: int) -> np.ndarray:
