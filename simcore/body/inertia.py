@@ -12,7 +12,7 @@ from simcore.body.skeleton import DOWN, Skeleton
 
 # [m]; 0.006 changes hands by 1 %, toes by 6 % and every other segment's mass by under 0.5 %.
 VOXEL = 0.009
-NEIGHBOURS = 12  # skin vertices an interior voxel takes its weights from
+NEIGHBOURS = 12  # surface vertices an interior voxel takes its weights from
 
 HIP_PLANE = np.radians(37.0)  # de Leva (1996), after Zatsiorsky and Seluyanov (from memory)
 HALF_FOOT_WIDTH = 0.1  # [m] generous; feet at rest are some 0.4 m apart
@@ -50,14 +50,14 @@ class SegmentInertias:
 def inertia_from_mesh(
     vertices: np.ndarray, faces: np.ndarray, weights: np.ndarray, skeleton: Skeleton, mass: float
 ) -> SegmentInertias:
-    """Inertias of the volume inside the skin, each point shared out by skin weights.
+    """Inertias of the volume inside a surface, each point shared out by blend weights.
 
     Parameters
     ----------
     vertices, faces : (n, 3), (f, 3)
-        Closed skin in the rest pose, world axes [m].
+        Closed surface in the rest pose, world axes [m].
     weights : (n, 18)
-        Skin weights.
+        Blend weights.
     skeleton : Skeleton
         In the same pose.
     mass : float
@@ -82,8 +82,10 @@ def inertia_from_mesh(
 
 def interior_points(vertices: np.ndarray, faces: np.ndarray, spacing: float) -> np.ndarray:
     """Centres (m, 3) [m] of the voxels inside a closed surface."""
-    # An irrational shift keeps vertical rays off vertices and edges of symmetric meshes.
-    low = vertices.min(axis=0) - spacing * np.array([np.pi, np.e, 1.0]) / 4
+    # Voxels mirror each other in y = 0, so that the halves of a symmetric body agree.  No vertical
+    # ray lies in that plane, full of vertices; an irrational shift keeps rays off others in x.
+    low = vertices.min(axis=0) - spacing * np.array([np.pi, 0.0, 1.0]) / 4
+    low[1] = spacing * np.floor(low[1] / spacing)
     shape = np.ceil((vertices.max(axis=0) - low) / spacing).astype(int) + 1
     inside = _fill(vertices, faces, low, spacing, shape[0], shape[1], shape[2])
     return low + spacing * (np.argwhere(inside) + 0.5)
