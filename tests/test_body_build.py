@@ -11,9 +11,11 @@ import trimesh
 
 from simcore.body import build_body, check_body, describe_body, write_glb
 from simcore.body.build import Body
+from simcore.body.construct import family_of
 from simcore.body.describe import posed_vertices, segment_masses
 from simcore.body.inertia import interior_points
-from simcore.body.phenotype import BODY_DENSITY
+from simcore.body.phenotype import BODY_DENSITY, fit_phenotype
+from simcore.body.piercing import piercing_faces
 from simcore.body.remesh import remesh
 from simcore.config.designs import BodyDesign
 from simcore.config.yaml_file import read_yaml, validate
@@ -49,18 +51,39 @@ def test_stature_and_mass_hold_on_the_simulated_skin(built):
 
 def test_skin_is_closed_and_even(built):
     body, design = built
-    mesh = skin_mesh(body)
+    assert_closed_and_even(skin_mesh(body), design.skin_vertices)
+
+
+def assert_closed_and_even(mesh, vertex_count):
     assert mesh.is_watertight
     assert mesh.is_winding_consistent
     assert mesh.body_count == 1
     assert mesh.euler_number == 2
     assert mesh.volume > 0
-    assert len(mesh.vertices) == pytest.approx(design.skin_vertices, rel=0.02)
+    assert len(mesh.vertices) == pytest.approx(vertex_count, rel=0.02)
     edges = mesh.edges_unique_length
     assert edges.std() / edges.mean() < 0.12
     assert edges.max() < 1.7 * edges.mean()
     assert edges.min() > 0.25 * edges.mean()
     assert np.degrees(mesh.face_angles.min()) > 10
+
+
+# These two bodies' toes and fingers are the thinnest beside the edge.
+@pytest.mark.parametrize("name, seed", [("male_187_110", 0), ("male_172_70", 7)])
+def test_remesh_is_sound_however_its_source_is_rounded(name, seed):
+    """Every rounding takes the remesh another way: splits and collapses hang on comparisons."""
+    path = next(path for path in DESIGNS if path.stem == name)
+    design = validate(BodyDesign, read_yaml(path), path)
+    whole = family_of(design)
+    source = whole.surface_vertices(fit_phenotype(whole, name, design.stature_m, design.mass_kg))
+    source *= 1 + 1e-12 * np.random.default_rng(seed).standard_normal(source.shape)
+    result = remesh(source, whole.faces, design.skin_vertices)
+    points = np.einsum("nk,nkc->nc", result.barycentric,
+                       source[whole.faces[result.source_faces]])
+    mesh = trimesh.Trimesh(points, result.faces, process=False)
+    assert_closed_and_even(mesh, design.skin_vertices)
+    assert len(piercing_edges(mesh)) == 0
+    assert not piercing_faces(points, result.faces).any()
 
 
 def test_no_mouth_nose_or_eye_socket_is_left(built):
@@ -85,8 +108,12 @@ def test_piercing_is_seen_where_there_is_some():
     """The arms of the 150 kg man sink into his trunk when they hang straight down."""
     path = next(path for path in DESIGNS if path.stem == "male_175_150")
     body = build_body(validate(BodyDesign, read_yaml(path), path), path.stem)
-    vertices = posed_vertices(body, pin.neutral(body.model))
-    assert len(piercing_edges(trimesh.Trimesh(vertices, body.skin.faces, process=False))) > 10
+    mesh = trimesh.Trimesh(posed_vertices(body, pin.neutral(body.model)), body.skin.faces,
+                           process=False)
+    edges = mesh.edges_unique[piercing_edges(mesh)]
+    assert len(edges) > 10
+    flagged = mesh.faces[piercing_faces(mesh.vertices, body.skin.faces)]
+    assert np.isin(edges, flagged).all()
 
 
 def piercing_edges(mesh):
@@ -113,7 +140,10 @@ def test_every_region_has_skin_and_sides_match(built):
 
 
 @pytest.mark.parametrize(
-    "design", [MAN, COARSE.model_copy(update={"inertia": "de_leva"})], ids=lambda d: d.inertia
+    "design",
+    [MAN, COARSE.model_copy(update={"inertia": "de_leva"}),
+     *(validate(BodyDesign, read_yaml(path), path) for path in DESIGNS)],
+    ids=lambda d: f"{d.inertia}-{d.mass_kg:g}",
 )
 def test_inertias_are_physical(design):
     body = build_body(design, "man")
@@ -124,13 +154,13 @@ def test_inertias_are_physical(design):
         assert moments.min() > 0
         assert moments.max() < moments.sum() - moments.max()  # triangle inequality
         assert np.linalg.norm(inertia.lever) < 0.35
-    # Left and right agree to the mesh's and the voxels' asymmetry.
+    # MakeHuman's surface is symmetric, and so are the voxels; the remesh is not, and has no part.
     for name in body.segment_names:
         if name.endswith("_left"):
             left = body.model.inertias[body.model.getJointId(name)]
             right = body.model.inertias[body.model.getJointId(name.replace("left", "right"))]
-            assert left.mass == pytest.approx(right.mass, rel=0.03)
-            assert np.allclose(left.lever, right.lever * [1, -1, 1], atol=3e-3)
+            assert left.mass == pytest.approx(right.mass, rel=0.005)
+            assert np.allclose(left.lever, right.lever * [1, -1, 1], atol=5e-4)
 
 
 def test_masses_of_an_average_man_are_near_de_levas():

@@ -2,7 +2,8 @@
 
 All take `points` (room, 3), `faces` (room, 3) with −1 in removed triangles, `incident`
 (room, MAX_VALENCE) and `valence` (room,) with the triangles of each vertex, and `counts`, the
-numbers of points and triangles in use.  All work in place.
+numbers of points and triangles in use.  `sizes` (room,) is the target edge [m] at each vertex; that
+of an edge is the mean of its ends'.  All work in place.
 """
 
 import numba
@@ -68,15 +69,16 @@ def _cross(points, a, b, c):
 
 
 @njit
-def split_long(points, faces, incident, valence, counts, edge):
-    """Halve every edge longer than LONGEST times the target edge."""
-    longest = LONGEST * edge
+def split_long(points, faces, incident, valence, counts, sizes):
+    """Halve every edge longer than LONGEST times its target."""
     f = 0
     while f < counts[1]:
         k = 0
         while k < 3:
             a, b = faces[f, k], faces[f, (k + 1) % 3]
             span = points[a] - points[b]
+            size = 0.5 * (sizes[a] + sizes[b])
+            longest = LONGEST * size
             left, c = _face_with_edge(faces, incident, valence, a, b)
             right, d = _face_with_edge(faces, incident, valence, b, a)
             if (
@@ -90,6 +92,7 @@ def split_long(points, faces, incident, valence, counts, edge):
                 counts[0] += 1
                 counts[1] += 2
                 points[m] = 0.5 * (points[a] + points[b])
+                sizes[m] = size
                 _set(faces, new_left, m, b, c)
                 _set(faces, new_right, m, a, d)
                 _replace(faces, left, b, m)
@@ -146,8 +149,8 @@ def _may_move(points, faces, incident, valence, v, other, target, longest):
 
 
 @njit
-def collapse_short(points, faces, incident, valence, counts, edge):
-    """Merge the ends of edges shorter than SHORTEST times the target edge.
+def collapse_short(points, faces, incident, valence, counts, sizes):
+    """Merge the ends of edges shorter than SHORTEST times their target.
 
     The link condition (the ends share two neighbours) keeps the surface closed and its genus.
     """
@@ -157,7 +160,8 @@ def collapse_short(points, faces, incident, valence, counts, edge):
             if a < 0:
                 break
             span = points[a] - points[b]
-            if span @ span >= (SHORTEST * edge) ** 2:
+            size = 0.5 * (sizes[a] + sizes[b])
+            if span @ span >= (SHORTEST * size) ** 2:
                 continue
             left, c = _face_with_edge(faces, incident, valence, a, b)
             right, d = _face_with_edge(faces, incident, valence, b, a)
@@ -170,8 +174,8 @@ def collapse_short(points, faces, incident, valence, counts, edge):
                 continue
             middle = 0.5 * (points[a] + points[b])
             if not (
-                _may_move(points, faces, incident, valence, a, b, middle, LONGEST * edge)
-                and _may_move(points, faces, incident, valence, b, a, middle, LONGEST * edge)
+                _may_move(points, faces, incident, valence, a, b, middle, LONGEST * size)
+                and _may_move(points, faces, incident, valence, b, a, middle, LONGEST * size)
             ):
                 continue
             for g in (left, right):
@@ -186,6 +190,7 @@ def collapse_short(points, faces, incident, valence, counts, edge):
                 _attach(incident, valence, a, incident[b, i])
             valence[b] = 0
             points[a] = middle
+            sizes[a] = size
             break
 
 
