@@ -18,6 +18,7 @@ test: setup
 
 bench: setup
 	$(BIN)/simcore bench lift
+	$(BIN)/simcore bench sling
 
 lint: setup
 	$(BIN)/ruff check .

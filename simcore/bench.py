@@ -13,8 +13,15 @@ from simcore.provenance import simulation_digest, versions
 from simcore.scene import Scene, build_scene
 from simcore.simulate import simulate
 
-LIFT_STUDY = Path("config/lift_angle.yaml")
-LIFT_POINT = {"body": "male_172_70", "support_angle_deg": 7.0}
+CASES = {
+    "lift": ("config/lift_angle.yaml", {"body": "male_172_70", "support_angle_deg": 7.0}),
+    "sling": (
+        "config/sling_stiffness.yaml",
+        {"body": "male_172_70", "device": "sling_reclined", "stiffness_per_width_n_per_m": 2e4},
+    ),
+}
+"""Study and place in it of each case: the shipped ones, at paper size."""
+
 CALIBRATION_SIZE, CALIBRATION_ROUNDS = 400, 5
 
 
@@ -41,6 +48,7 @@ class Benchmark:
     simulated_time: float
     skin_vertices: int
     device_points: int
+    sheet_vertices: int
     degrees_of_freedom: int
     integrator: str
     time_step: float
@@ -54,9 +62,10 @@ class Benchmark:
         return asdict(self)
 
 
-def bench_lift(repeats: int) -> Benchmark:
-    """Time the settle, lift and turn of the default study's 70 kg man at 7° at paper size."""
-    study = load_study(LIFT_STUDY, LIFT_POINT)
+def bench_case(case: str, repeats: int) -> Benchmark:
+    """Time a whole run of the 70 kg man at paper size: settling, every move, and the hold."""
+    path, point = CASES[case]
+    study = load_study(Path(path), point)
     (candidate,) = study.candidates
     scene = build_scene(candidate.design, candidate.coordinates["body"], study.root)
     _timed_phases(scene)  # compiles, or loads what was compiled
@@ -64,7 +73,7 @@ def bench_lift(repeats: int) -> Benchmark:
     simulated = runs[0]["whole"][0]
     factors = [run["whole"][0] / run["whole"][1] for run in runs]
     return Benchmark(
-        case="lift",
+        case=case,
         real_time_factor=median(factors),
         spread=(min(factors), max(factors)),
         phases={
@@ -74,7 +83,8 @@ def bench_lift(repeats: int) -> Benchmark:
         },
         simulated_time=simulated,
         skin_vertices=scene.body.skin.vertex_count,
-        device_points=len(scene.device.surface.contact_points),
+        device_points=0 if scene.sling else len(scene.surface.contact_points),
+        sheet_vertices=len(scene.sling.start.position) if scene.sling else 0,
         degrees_of_freedom=scene.body.model.nv,
         integrator=scene.method.integrator,
         time_step=scene.method.time_step_s,
@@ -92,7 +102,7 @@ def _timed_phases(scene: Scene) -> dict[str, tuple[float, float]]:
     stamps.append((stamps[-1][0], clock.process_time()))
     simulated, spent = np.array(stamps).T
     start = -trajectory.time[0]
-    keys = [start + keyframe for keyframe in scene.device.motion.keyframe_times]
+    keys = [start + keyframe for keyframe in scene.motion.keyframe_times]
     edges = [0.0, *keys, simulated[-1]]
     names = ["settle", *(f"move {i}" for i in range(1, len(keys))), "hold"]
     at = np.interp(edges, simulated, spent)

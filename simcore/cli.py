@@ -29,13 +29,17 @@ def check(study: StudyPath) -> None:
     """Check a study, its designs and its meshes; simulate nothing."""
     from simcore.body import check_body
     from simcore.config import load_study
-    from simcore.device import build_surface
+    from simcore.scene import check_device
 
     loaded = load_study(study)
     for design in {candidate.design.body for candidate in loaded.candidates}:
         check_body(design)
-    for surface in {candidate.design.device.surface for candidate in loaded.candidates}:
-        build_surface(surface, loaded.root)
+    devices = {(each.design.device, each.design.method): each.design for each in loaded.candidates}
+    for design in devices.values():
+        try:
+            check_device(design, loaded.root)
+        except DesignError as error:
+            raise DesignError(f"{study}: {error}") from None
     axes = " × ".join(f"{len(values)} {name}" for name, values in loaded.axes.items())
     console.print(f"{study}: {len(loaded.candidates)} candidates ({axes})", highlight=False)
 
@@ -115,16 +119,16 @@ def simulate(
 
 @app.command()
 def bench(
-    case: Annotated[str, typer.Argument(help="lift")] = "lift",
+    case: Annotated[str, typer.Argument(help="lift or sling")] = "lift",
     as_json: Annotated[bool, typer.Option("--json", help="print JSON instead of a table")] = False,
     repeats: Annotated[int, typer.Option(min=1, help="timed runs; the median is told")] = 3,
 ) -> None:
     """Time the engine at paper size on one core."""
-    from simcore.bench import bench_lift
+    from simcore.bench import CASES, bench_case
 
-    if case != "lift":
-        raise DesignError(f"bench: no case {case}; accepted: lift")
-    result = bench_lift(repeats)
+    if case not in CASES:
+        raise DesignError(f"bench: no case {case}; accepted: {', '.join(CASES)}")
+    result = bench_case(case, repeats)
     if as_json:
         print(json.dumps(result.as_dict(), indent=2))
         return

@@ -18,7 +18,7 @@ from simcore.metrics import JOINTS, METRICS
 from simcore.provenance import simulation_digest, versions
 from simcore.recorder import Trajectory
 
-SCHEMA = 1
+SCHEMA = 2
 """Version of the file layout; `open_dataset` refuses others."""
 
 CONVENTIONS = "CF-1.11"
@@ -26,12 +26,18 @@ CONVENTIONS = "CF-1.11"
 TRAJECTORY = {
     "q": (("time", "q_index"), "1", "configuration: root [m], quaternions x y z w, angles [rad]"),
     "v": (("time", "v_index"), "1", "velocity [m/s, rad/s]"),
-    "device_position": (("time", "xyz"), "m", "origin of the device frame"),
-    "device_quaternion": (("time", "xyzw"), "1", "device frame to world, x y z w"),
-    "displacement": (("time",), "m", "centre of mass from its start, seen from the device"),
+    "device_position": (("time", "xyz"), "m", "origin of the frame of device or spreader bar"),
+    "device_quaternion": (("time", "xyzw"), "1", "that frame to the world, x y z w"),
+    "displacement": (("time",), "m", "how far the body has moved on what carries it"),
+    "support_force": (("time", "xyz"), "N", "force that carries body and sheet, world axes"),
     "segment_force": (("time", "segment", "xyz"), "N", "contact force on each segment, world axes"),
     "contact_count": (("time",), "1", "device vertices in contact"),
     "depth_max": (("time",), "m", "deepest penetration within the frame"),
+    "mat_pressure": (
+        ("time", "mat_x", "mat_y"), "Pa", "reading of a sensor mat on what carries the body"
+    ),
+    "sheet_position": (("time", "sheet_vertex", "xyz"), "m", "vertices of the sheet"),
+    "strap_force": (("time", "strap", "xyz"), "N", "on the sheet from each strap, world axes"),
 }
 """Dimensions, unit and meaning of each recorded column."""
 
@@ -66,14 +72,17 @@ def trajectory_dataset(trajectory: Trajectory, pressure: np.ndarray) -> xr.Datas
             "skin_vertex": touched.astype(np.int32),
         }
     )
+    for axis, meaning in (("mat_x", "along the mat, towards the feet"), ("mat_y", "to the left")):
+        ds[axis] = (axis, getattr(trajectory, axis), {"units": "m", "long_name": meaning})
     for name, (dims, units, long_name) in TRAJECTORY.items():
-        ds[name] = (dims, columns[name], {"units": units, "long_name": long_name})
+        if columns[name] is not None:  # a rigid device has no sheet
+            ds[name] = (dims, columns[name], {"units": units, "long_name": long_name})
     ds["skin_pressure"] = (
         ("time", "skin_vertex"),
         pressure[:, touched].astype(np.float32),
         {
             "units": "Pa",
-            "long_name": "pressure over a 25 mm cell around each vertex, mean over the frame",
+            "long_name": "pressure over a sensor cell around each vertex, mean over the frame",
         },
     )
     return ds
@@ -151,6 +160,14 @@ def collect(study: Study, tables: list[Path]) -> xr.Dataset:
                 for candidate in reversed(study.candidates)
             }
         ),
+        "devices": json.dumps(
+            {
+                candidate.coordinates.get("device", study.file.devices[0]): json.loads(
+                    candidate.design.device.model_dump_json()
+                )
+                for candidate in reversed(study.candidates)
+            }
+        ),
     }
     return ds
 
@@ -188,9 +205,10 @@ def write_dataset(ds: xr.Dataset, path: Path) -> None:
         for name, variable in ds.variables.items()
         if variable.ndim and variable.dtype.kind in "fiu"
     }
-    if "skin_pressure" in encoding:
-        # 9 bits of mantissa, 1 in 1000: far below what any sensor resolves, and halves the file.
-        encoding["skin_pressure"] |= {"significant_digits": 9, "quantize_mode": "BitRound"}
+    for name in {"skin_pressure", "mat_pressure", "sheet_position"} & encoding.keys():
+        # 9 bits of mantissa, 1 in 1000: far below what any sensor resolves, and halves the file;
+        # a millimetre in a metre of sheet.
+        encoding[name] |= {"significant_digits": 9, "quantize_mode": "BitRound"}
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.name}.{os.getpid()}")
     try:

@@ -10,9 +10,16 @@ from simcore.body.skin import vertex_normals
 from simcore.pressure import SensorCells
 from simcore.recorder import FALL_DISPLACEMENT, Trajectory
 from simcore.scene import Scene, posed_skin
+from simcore.sheet.outline import distance_to_sides
 
 REST_WINDOW = 0.5
 """Length of the last part of the hold over which figures at rest are averaged [s]."""
+
+SPREAD_WINDOW = 1.0
+"""Length of the part over which the support force must be steady [s]."""
+
+LYING_WINDOW = 0.2
+"""Length of the last part of the settling, likewise [s]."""
 
 JOINTS = tuple(segment.anatomy for segment in SEGMENTS[1:])
 """Names of the joints below the root, in the order of their segments."""
@@ -32,12 +39,18 @@ METRICS = {
     "fall_time": Metric("s", "time of the fall after the device started, NaN without one"),
     "fall_margin": Metric("1", "displacement never used, or minus the time missing after a fall"),
     "topple_margin": Metric("rad", "least backward lean of the upper body over the hips"),
-    "slide_distance": Metric("m", "largest slide of the pelvis along the support"),
-    "peak_pressure": Metric("Pa", "highest pressure over a 25 mm cell while supported"),
-    "region_peak_pressure": Metric("Pa", "highest pressure over a 25 mm cell", per="region"),
+    "slide_distance": Metric("m", "largest slide of the body along what carries it"),
+    "peak_pressure": Metric("Pa", "highest pressure over a sensor cell while supported"),
+    "lying_peak_pressure": Metric("Pa", "highest pressure at rest before the device moves"),
+    "region_peak_pressure": Metric("Pa", "highest pressure over a sensor cell", per="region"),
     "contact_area": Metric("m2", "skin area that carries load, at rest"),
-    "support_force_ratio": Metric("1", "vertical support force over weight, at rest"),
-    "max_penetration": Metric("m", "deepest penetration of device into skin while supported"),
+    "support_force_ratio": Metric(
+        "1", "vertical support force over weight, at rest; a sheet counts"
+    ),
+    "support_force_spread": Metric("1", "standard deviation of the same over the last second"),
+    "peak_edge_distance": Metric("m", "place of the highest pressure on the sheet from its edge"),
+    "peak_strap_force": Metric("N", "greatest tension of a strap"),
+    "max_penetration": Metric("m", "deepest penetration of device or sheet into skin"),
     "joint_excursion": Metric("rad", "largest turn of a joint from its posture", per="joint"),
     "settled": Metric("1", "body came to rest before the device moved"),
     "simulated_time": Metric("s", "simulated time, settling included"),
@@ -49,6 +62,7 @@ STATUS = {
     "initial_penetration": "body starts inside the device",
     "misses_device": "body cannot be placed on the device",
     "blow_up": "integration diverged",
+    "slip_through": "sheet passed into the body",
 }
 """Accepted values of a candidate's status."""
 
@@ -57,7 +71,9 @@ def skin_pressure(scene: Scene, trajectory: Trajectory) -> np.ndarray:
     """Return the cell pressure on the skin, (T, n) [Pa]: Eq. P1."""
     skin = scene.body.skin
     rest = posed_skin(scene.body, scene.body.rest_configuration)
-    cells = SensorCells(rest, vertex_normals(skin, rest), skin.vertex_area)
+    cells = SensorCells(
+        rest, vertex_normals(skin, rest), skin.vertex_area, scene.method.sensor_pitch_m
+    )
     return cells.pressure(trajectory.normal_force)
 
 
@@ -84,15 +100,17 @@ def compute_metrics(scene: Scene, trajectory: Trajectory, pressure: np.ndarray) 
     vertex_peak = pressure[supported].max(axis=0)
     regions = body.vertex_region
     loaded = trajectory.normal_force[rest] > 0
-    upward = trajectory.segment_force[rest, :, 2].sum(axis=1)
-    weight = body.mass * -body.model.gravity.linear[2]
+    lying = slice(*np.searchsorted(time, (-LYING_WINDOW, 0)))
+    upward = trajectory.support_force[:, 2] / scene.weight
+    second = slice(np.searchsorted(time, time[end] - SPREAD_WINDOW), end + 1)
     return {
         "fell": float(fell),
         "fall_time": float(time[end]) if fell else np.nan,
         "fall_margin": _fall_margin(scene, trajectory, float(time[end]), fell),
         "topple_margin": _topple_margin(scene, trajectory, supported),
-        "slide_distance": _slide_distance(trajectory, supported),
+        "slide_distance": _slide_distance(scene, trajectory, supported),
         "peak_pressure": float(vertex_peak.max()),
+        "lying_peak_pressure": float(pressure[lying].max(initial=0.0)),
         "region_peak_pressure": np.array(
             [
                 vertex_peak[regions == region].max(initial=0.0)
@@ -100,7 +118,10 @@ def compute_metrics(scene: Scene, trajectory: Trajectory, pressure: np.ndarray) 
             ]
         ),
         "contact_area": float((loaded @ body.skin.vertex_area).mean()) if rests else np.nan,
-        "support_force_ratio": float(upward.mean() / weight) if rests else np.nan,
+        "support_force_ratio": float(upward[rest].mean()) if rests else np.nan,
+        "support_force_spread": float(upward[second].std()) if rests else np.nan,
+        "peak_edge_distance": _peak_edge_distance(scene, trajectory, pressure, rest),
+        "peak_strap_force": _peak_strap_force(trajectory),
         "max_penetration": float(trajectory.depth_max[supported].max()),
         "joint_excursion": _joint_excursion(scene, trajectory.q[supported]),
         "settled": float(trajectory.settled),
@@ -114,7 +135,7 @@ def _fall_margin(scene: Scene, trajectory: Trajectory, end: float, fell: bool) -
     if not fell:
         return float(1 - trajectory.displacement.max() / FALL_DISPLACEMENT)
     begin = float(trajectory.time[0])
-    full = scene.device.motion.duration + scene.method.hold_s - begin
+    full = scene.motion.duration + scene.method.hold_s - begin
     return (end - begin) / full - 1
 
 
@@ -131,11 +152,35 @@ def _topple_margin(scene: Scene, trajectory: Trajectory, frames: np.ndarray) -> 
     return float(min(leans))
 
 
-def _slide_distance(trajectory: Trajectory, frames: np.ndarray) -> float:
-    """Return the largest way of the pelvis in the plane of the support [m]."""
+def _slide_distance(scene: Scene, trajectory: Trajectory, frames: np.ndarray) -> float:
+    """Return the largest way of the pelvis in the plane of the support, or on the sheet [m]."""
+    if scene.sling:
+        return float(trajectory.displacement[frames].max())
     from_device = trajectory.q[frames, :3] - trajectory.device_position[frames]
     pelvis = np.einsum("tji,tj->ti", trajectory.device_rotation[frames], from_device)
     return float(np.linalg.norm(pelvis[:, :2] - pelvis[0, :2], axis=1).max())
+
+
+def _peak_edge_distance(
+    scene: Scene, trajectory: Trajectory, pressure: np.ndarray, frames: slice
+) -> float:
+    """Return how far from the sheet's edge the skin is pressed most at rest [m]; NaN without one.
+
+    The place on the sheet is that of its vertex next to the pressed skin vertex.
+    """
+    if not scene.sling:
+        return np.nan
+    last = frames.stop - 1
+    pressed = posed_skin(scene.body, trajectory.q[last])[pressure[frames].mean(axis=0).argmax()]
+    near = np.linalg.norm(trajectory.sheet_position[last] - pressed, axis=1).argmin()
+    net = scene.sling.solver.sheet.net
+    return distance_to_sides(net.outline, net.rest_position[near])
+
+
+def _peak_strap_force(trajectory: Trajectory) -> float:
+    if trajectory.strap_force is None:
+        return np.nan
+    return float(np.linalg.norm(trajectory.strap_force, axis=-1).max())
 
 
 def _joint_excursion(scene: Scene, configurations: np.ndarray) -> np.ndarray:

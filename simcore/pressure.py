@@ -1,18 +1,15 @@
-"""Pressure as a tactile sensor reads it: force over area, averaged over cells of 25 mm."""
+"""Pressure as a tactile sensor reads it: force over area, averaged over cells."""
 
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
-
-CELL_EDGE = 0.025
-"""Edge of a sensor cell [m]; measured peaks depend on it (docs/physics.md, Eq. P1)."""
 
 
 class SensorCells:
     """Cell-averaged pressure on the skin, one overlapping cell centred at each vertex.
 
     p_i = Σ_j w_ij N_j / Σ_j w_ij A_j (Eq. P1), where N_j is the normal force on vertex j, A_j its
-    area at rest, and w a cone of radius √(3/π)·25 mm, so that ∫ w dA is the area of a square
+    area at rest, and w a cone of radius √(3/π)·pitch, so that ∫ w dA is the area of a square
     cell. Forces and areas are weighted alike: with hard bins the peak would not converge under
     refinement of the mesh.
 
@@ -24,11 +21,15 @@ class SensorCells:
         Outward unit normals there.
     vertex_area : (n,) float64
         [m²].
+    pitch : float
+        Edge of a cell [m]; measured peaks depend on it.
     """
 
-    def __init__(self, rest_vertices: np.ndarray, normals: np.ndarray, vertex_area: np.ndarray):
+    def __init__(
+        self, rest_vertices: np.ndarray, normals: np.ndarray, vertex_area: np.ndarray, pitch: float
+    ):
         count = len(rest_vertices)
-        radius = np.sqrt(3 / np.pi) * CELL_EDGE
+        radius = np.sqrt(3 / np.pi) * pitch
         i, j = cKDTree(rest_vertices).query_pairs(radius, output_type="ndarray").T
         # A thin limb's other side is near, but no part of the cell.
         same_side = np.einsum("ij,ij->i", normals[i], normals[j]) > 0
@@ -43,3 +44,65 @@ class SensorCells:
     def pressure(self, normal_force: np.ndarray) -> np.ndarray:
         """Return pressure [Pa] of normal forces [N]; (n,) or (T, n)."""
         return (self._operator @ np.asarray(normal_force, dtype=float).T).T
+
+
+class SensorMat:
+    """A grid of square cells laid over what carries the body, as a tactile sensor sheet.
+
+    Each point stands for a tile of the mat and spreads its force evenly over it; a cell's pressure
+    is the force on it over its area (Eq. P2). The readings add up to the whole force, even pressure
+    is read as it is, and the peak converges under refinement of the points, which it would not
+    with point forces sorted into cells.
+
+    Parameters
+    ----------
+    points : (N, 2) float64
+        Where the force-bearing points lie on the mat [m].
+    tile : (2,) float64
+        Size of a point's tile, its spacing [m].
+    pitch : float
+        Edge of a cell [m].
+
+    Attributes
+    ----------
+    x, y : (rows,), (columns,) float64
+        Centres of the cells [m].
+    """
+
+    def __init__(self, points: np.ndarray, tile: np.ndarray, pitch: float):
+        (self.x, along), (self.y, across) = (
+            _overlaps(points[:, axis], tile[axis], pitch) for axis in (0, 1)
+        )
+        rows, weights = [], []
+        for row, share in along:
+            for column, other in across:
+                rows.append(row * len(self.y) + column)
+                weights.append(share * other)
+        columns = np.tile(np.arange(len(points)), len(rows))
+        self._operator = csr_array(
+            (np.concatenate(weights) / pitch**2, (np.concatenate(rows), columns)),
+            shape=(len(self.x) * len(self.y), len(points)),
+        )
+
+    def pressure(self, normal_force: np.ndarray) -> np.ndarray:
+        """Return the reading (rows, columns) [Pa] of normal forces (N,) at the points [N]."""
+        return (self._operator @ normal_force).reshape(len(self.x), len(self.y))
+
+
+def _overlaps(
+    place: np.ndarray, size: float, pitch: float
+) -> tuple[np.ndarray, list[tuple[np.ndarray, np.ndarray]]]:
+    """Return centres of the cells of one axis, and cells and shares of each interval in them.
+
+    Intervals of a size [m] lie around each place (N,) [m]; the shares (N,) of one add up to 1.
+    """
+    low = np.floor((place - size / 2) / pitch).astype(int)
+    reach = int(np.ceil(size / pitch)) + 1
+    first = low.min()
+    cells = []
+    for step in range(reach):
+        start = (low + step) * pitch
+        covered = np.minimum(place + size / 2, start + pitch) - np.maximum(place - size / 2, start)
+        cells.append((low + step - first, np.maximum(covered, 0.0) / size))
+    count = low.max() - first + reach
+    return (first + np.arange(count) + 0.5) * pitch, cells

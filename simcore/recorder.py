@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
-from numba import njit
 
 from simcore.device.motion import DeviceState
 from simcore.interaction import Interaction
+from simcore.pressure import SensorMat
 from simcore.scene import Scene
 
 FALL_DISPLACEMENT = 0.15
@@ -31,13 +30,24 @@ class Trajectory:
         [s].
     q : (T, 60), v : (T, 47) float64
     device_rotation : (T, 3, 3), device_position : (T, 3) float64
-        Device frame in the world [m].
+        Frame in the world of what the motion program moves: rigid device or spreader bar [m].
     displacement : (T,) float64
-        Distance of the body's centre of mass from where it started, seen from the device [m].
+        How far the body has moved on what carries it [m]: its centre of mass seen from the device,
+        or the sheet's points that lay under pelvis and chest seen from there.
+    support_force : (T, 3) float64
+        Force from outside that carries the body, and the sheet if any, world axes [N].
     segment_force : (T, 18, 3) float64
         Contact force on each segment, world axes [N].
     normal_force : (T, n) float32
         Normal contact force on each skin vertex [N].
+    mat_pressure : (T, rows, columns) float32
+        Reading of the sensor mat on what carries the body [Pa].
+    mat_x, mat_y : (rows,), (columns,) float64
+        Centres of the mat's cells (`Scene.mat_points`) [m].
+    sheet_position : (T, m, 3) float32 or None
+        Vertices of the sheet, if there is one [m].
+    strap_force : (T, s, 3) float64 or None
+        On the sheet from each of its straps, world axes [N].
     contact_count : (T,) int64
         Device vertices in contact.
     depth_max : (T,) float64
@@ -57,7 +67,13 @@ class Trajectory:
     device_position: np.ndarray
     displacement: np.ndarray
     segment_force: np.ndarray
+    support_force: np.ndarray
     normal_force: np.ndarray
+    mat_pressure: np.ndarray
+    mat_x: np.ndarray
+    mat_y: np.ndarray
+    sheet_position: np.ndarray | None
+    strap_force: np.ndarray | None
     contact_count: np.ndarray
     depth_max: np.ndarray
     settled: bool
@@ -85,14 +101,19 @@ class Recorder:
         self._in_frame = 0
         self._depth_max = 0.0
         self._segment_force = np.zeros_like(interaction.segment_wrench[:, :3])
+        self._support_force = np.zeros(3)
         self._normal_force = np.zeros_like(interaction.normal_force)
+        self._point_force = np.zeros(len(scene.mat_points))
+        self._mat = SensorMat(scene.mat_points, scene.mat_tile, scene.method.sensor_pitch_m)
         self._start = None
         self.fall_time = np.inf
 
-    def observe(self, time: float, q: np.ndarray, v: np.ndarray, device: DeviceState) -> bool:
+    def observe(self, time: float, q: np.ndarray, v: np.ndarray, moved: DeviceState) -> bool:
         """Take note of the interaction as last evaluated; return whether a frame is complete."""
         now = self._interaction
-        _add_listed(now.listed, now.normal_force, self._normal_force)
+        now.add_skin_forces(self._normal_force)
+        now.add_support_forces(self._point_force)
+        self._support_force += now.support_force
         self._segment_force += now.segment_wrench[:, :3]
         self._depth_max = max(self._depth_max, now.depth_max)
         self._in_frame += 1
@@ -100,11 +121,10 @@ class Recorder:
         if (self._observed - 1) % self._steps_per_frame:
             return False
 
-        centre = pin.centerOfMass(now.model, now.data, q, False)
-        place = device.rotation.T @ (centre - device.position)
+        place = now.place(q, moved)
         if self._start is None:
             self._start = place
-        displacement = float(np.linalg.norm(place - self._start))
+        displacement = float(np.linalg.norm(place - self._start, axis=1).max())
         if displacement > FALL_DISPLACEMENT:
             self.fall_time = min(self.fall_time, time)
         self._frames.append(
@@ -112,17 +132,24 @@ class Recorder:
                 "time": time,
                 "q": q.copy(),
                 "v": v.copy(),
-                "device_rotation": device.rotation,
-                "device_position": device.position,
+                "device_rotation": moved.rotation,
+                "device_position": moved.position,
                 "displacement": displacement,
                 "segment_force": self._segment_force / self._in_frame,
                 "normal_force": (self._normal_force / self._in_frame).astype(np.float32),
+                "support_force": self._support_force / self._in_frame,
+                "mat_pressure": self._mat.pressure(self._point_force / self._in_frame).astype(
+                    np.float32
+                ),
+                **now.sheet_frame(),
                 "contact_count": now.contact_count,
                 "depth_max": self._depth_max,
             }
         )
         self._segment_force[:] = 0
         self._normal_force[:] = 0
+        self._support_force[:] = 0
+        self._point_force[:] = 0
         self._depth_max = 0.0
         self._in_frame = 0
         return True
@@ -135,12 +162,8 @@ class Recorder:
             name: np.array([frame[name] for frame in self._frames]) for name in self._frames[0]
         }
         columns["time"] = columns["time"] - device_start
+        columns = {"sheet_position": None, "strap_force": None} | columns
         return Trajectory(
-            **columns, settled=settled, cpu_time=cpu_time, status=status, reason=reason
+            **columns, mat_x=self._mat.x, mat_y=self._mat.y, settled=settled, cpu_time=cpu_time,
+            status=status, reason=reason,
         )
-
-
-@njit(cache=True, error_model="numpy")
-def _add_listed(listed, values, total):
-    for i in listed:
-        total[i] += values[i]

@@ -12,12 +12,15 @@ from scipy.spatial.transform import Rotation
 from simcore.body.build import Body, build_body
 from simcore.body.posture import configuration
 from simcore.body.skin import blend, vertex_normals
-from simcore.config.designs import Design, MeshSurface, Method, Posture, SeatAndBackrest
+from simcore.config.designs import Design, Method, Posture
+from simcore.config.robotic_lift import MeshSurface, SeatAndBackrest
+from simcore.config.sling_lift import Bed, SlingLift
 from simcore.contact.reference import find_penetration
-from simcore.device.motion import Motion
-from simcore.device.rigid import RigidDevice, build_surface
-from simcore.device.surface import Surface
+from simcore.device.build import build_surface
+from simcore.device.motion import STILL, DeviceState, Motion
+from simcore.device.surface import Surface, mat_coordinates
 from simcore.errors import SimulationError
+from simcore.sheet.sling import Sling, build_sling
 
 APPROACH_GAP = 1e-3
 """Clearance that an approach leaves, so that the next one can slide along the device [m]."""
@@ -34,16 +37,47 @@ class Scene:
     Attributes
     ----------
     body : Body
-    device : RigidDevice
+    surface : Surface
+        What is rigid: the lift's support, or the bed of a sling lift.
+    motion : Motion
+        Of the lift's support, or of the sling lift's spreader bar.
+    sling : Sling or None
+        What hangs from that bar.
     method : Method
     configuration : (60,) float64
         Where the body starts; also the reference of its posture control.
     """
 
     body: Body
-    device: RigidDevice
+    surface: Surface
+    motion: Motion
+    sling: Sling | None
     method: Method
     configuration: np.ndarray
+
+    @property
+    def weight(self) -> float:
+        """Of the body, and of the sheet if any [N]."""
+        sheet = self.sling.solver.sheet.net.mass.sum() if self.sling else 0.0
+        return float((self.body.mass + sheet) * -self.body.model.gravity.linear[2])
+
+    @property
+    def mat_points(self) -> np.ndarray:
+        """Where the points that carry the body lie on a mat (N, 2) [m]: on the sheet, if any."""
+        if self.sling:
+            return self.sling.solver.sheet.net.rest_position
+        return mat_coordinates(self.surface)
+
+    @property
+    def mat_tile(self) -> np.ndarray:
+        """Size of the part of the mat that each of those points stands for (2,) [m]."""
+        if self.sling:
+            return self.sling.solver.sheet.net.spacing
+        return np.full(2, self.surface.spacing)
+
+    def surface_state(self, moved: DeviceState) -> DeviceState:
+        """Return where the rigid surface is when the motion program is at `moved`."""
+        return STILL if self.sling else moved
 
 
 def build_scene(design: Design, body_name: str, root: Path) -> Scene:
@@ -52,19 +86,32 @@ def build_scene(design: Design, body_name: str, root: Path) -> Scene:
     Raises
     ------
     DesignError
-        The body cannot be reached, or the mesh file is broken.
+        The body cannot be reached, the mesh file is broken, or the sling cannot hang so.
     SimulationError
         The body misses the device, or starts inside it beyond the method's limit.
     """
-    body = _body(design.body, body_name)
-    device = RigidDevice(
-        _surface(design.device.surface, root),
-        Motion(design.device.motion, design.device.support_angle_rad),
-    )
-    q = _posture(body, design.posture, device.surface.recline)
-    q = _place(body, q, device, design.posture)
-    _refuse_penetration(body, q, device, design.method.contact.initial_penetration_limit_m)
-    return Scene(body, device, design.method, q)
+    body, device, method = _body(design.body, body_name), design.device, design.method
+    surface = _surface(device.rigid_part, root)
+    motion = Motion(device.motion, device.support_angle_rad)
+    sling = _sling(design, motion)
+    start = STILL if sling else motion(0.0)
+    q = _posture(body, design.posture, surface.recline)
+    q = _place(body, q, surface, start, design.posture)
+    _refuse_penetration(body, q, surface, start, method.contact.initial_penetration_limit_m)
+    return Scene(body, surface, motion, sling, method, q)
+
+
+def check_device(design: Design, root: Path) -> None:
+    """Raise DesignError where the device cannot be built; places no body on it."""
+    _surface(design.device.rigid_part, root)
+    _sling(design, Motion(design.device.motion, design.device.support_angle_rad))
+
+
+def _sling(design: Design, motion: Motion) -> Sling | None:
+    if not isinstance(design.device, SlingLift):
+        return None
+    pelvis_x = design.posture.placement.pelvis_m[0]
+    return build_sling(design.device, design.method.sheet, pelvis_x, motion(0.0))
 
 
 @lru_cache(maxsize=4)
@@ -73,7 +120,7 @@ def _body(design, name: str) -> Body:
 
 
 @lru_cache(maxsize=4)
-def _surface(design: SeatAndBackrest | MeshSurface, root: Path) -> Surface:
+def _surface(design: SeatAndBackrest | MeshSurface | Bed, root: Path) -> Surface:
     return build_surface(design, root)
 
 
@@ -101,14 +148,16 @@ def _posture(body: Body, posture: Posture, recline: float) -> np.ndarray:
     return q
 
 
-def _place(body: Body, q: np.ndarray, device: RigidDevice, posture: Posture) -> np.ndarray:
+def _place(
+    body: Body, q: np.ndarray, surface: Surface, start: DeviceState, posture: Posture
+) -> np.ndarray:
     """Move the body in the device frame to its start, then along each approach until it touches."""
     q = q.copy()
     q[:3] = posture.placement.pelvis_m
     skin = posed_skin(body, q)
     for direction in posture.placement.approach:
         unit = np.array(direction) / np.linalg.norm(direction)
-        gap = _gap_along(unit, skin, body.skin.faces, device.surface)
+        gap = _gap_along(unit, skin, body.skin.faces, surface)
         if not np.isfinite(gap):
             raise SimulationError(
                 "misses_device", f"moved along {list(direction)}, the body misses the device"
@@ -116,7 +165,6 @@ def _place(body: Body, q: np.ndarray, device: RigidDevice, posture: Posture) -> 
         shift = (gap - APPROACH_GAP) * unit
         skin += shift
         q[:3] += shift
-    start = device.motion(0.0)
     q[:3] = start.rotation @ q[:3] + start.position
     q[3:7] = (Rotation.from_matrix(start.rotation) * Rotation.from_quat(q[3:7])).as_quat()
     return q
@@ -143,13 +191,14 @@ def _gap_along(unit: np.ndarray, skin: np.ndarray, faces: np.ndarray, device: Su
     return gap
 
 
-def _refuse_penetration(body: Body, q: np.ndarray, device: RigidDevice, limit: float) -> None:
-    start = device.motion(0.0)
+def _refuse_penetration(
+    body: Body, q: np.ndarray, surface: Surface, start: DeviceState, limit: float
+) -> None:
     skin = posed_skin(body, q)
     found = find_penetration(
         skin,
         vertex_normals(body.skin, skin),
-        device.surface.contact_points @ start.rotation.T + start.position,
+        surface.contact_points @ start.rotation.T + start.position,
         PENETRATION_SEARCH_RADIUS,
     )
     if len(found.depth) and found.depth.max() > limit:

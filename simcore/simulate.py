@@ -12,6 +12,7 @@ from simcore.errors import SimulationError
 from simcore.interaction import Interaction
 from simcore.recorder import Recorder, Trajectory
 from simcore.scene import Scene
+from simcore.sling_interaction import SlingInteraction
 
 SPEED_LIMIT = 300.0
 """A joint faster than this has blown up [rad/s or m/s]: a free fall from 10 m ends at 14 m/s."""
@@ -56,7 +57,7 @@ class _Run:
     def __init__(self, scene: Scene, progress: Progress | None):
         self.scene = scene
         self.progress = progress
-        self.interaction = Interaction(scene)
+        self.interaction = SlingInteraction(scene) if scene.sling else Interaction(scene)
         self.recorder = Recorder(scene, self.interaction)
         self.q = scene.configuration.copy()
         self.v = np.zeros(scene.body.model.nv)
@@ -82,7 +83,7 @@ class _Run:
 
     def follow_device(self) -> None:
         """Run the motion program and the hold after it; end early after a fall."""
-        method, motion = self.scene.method, self.scene.device.motion
+        method, motion = self.scene.method, self.scene.motion
         end = self.device_start + motion.duration + method.hold_s
         while self.time < end and not self.fell_long_ago():
             self.step()
@@ -90,8 +91,9 @@ class _Run:
     def step(self) -> bool:
         """Advance one step; return whether it completed a recorded frame."""
         now, q, v = self.time, self.q, self.v
+        self.interaction.exchange(self.moved(now), q, v)
         acceleration = self.acceleration(now, q, v)
-        recorded = self.recorder.observe(now, q, v, self.device(now))
+        recorded = self.recorder.observe(now, q, v, self.moved(now))
         self.q, self.v = rk4_step(
             self.scene.body.model, self.acceleration, now, q, v, acceleration,
             self.scene.method.time_step_s,
@@ -114,13 +116,13 @@ class _Run:
             "a smaller method.time_step_s may hold it",
         )
 
-    def device(self, time: float) -> DeviceState:
-        """Return where the device is at a time [s]."""
-        return self.scene.device.motion(time - self.device_start)
+    def moved(self, time: float) -> DeviceState:
+        """Return where the motion program is at a time [s]."""
+        return self.scene.motion(time - self.device_start)
 
     def acceleration(self, time: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return the joint acceleration (47,)."""
-        return self.interaction.acceleration(self.device(time), q, v)
+        return self.interaction.acceleration(self.moved(time), q, v)
 
     def fell_long_ago(self) -> bool:
         """Return whether the body fell so long ago that there is no more to see."""

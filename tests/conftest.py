@@ -6,8 +6,8 @@ import pytest
 
 from simcore.body import build_body
 from simcore.config import BodyDesign, Design, Method, Posture, read_design
-from simcore.config.designs import RoboticLift
 from simcore.config.paths import resolve_path, set_value
+from simcore.config.robotic_lift import RoboticLift
 from simcore.scene import build_scene
 from simcore.simulate import simulate
 

@@ -14,12 +14,14 @@ from simcore.metrics import JOINTS
 
 ROOT = Path(__file__).parents[1]
 BODIES = ("male_172_70", "female_142_40")
+SLING = {"devices": ("sling_reclined",), "posture": "lying", "method": "sling"}
+"""Options of `make_study` for a study of a sling lift."""
 
 Outcome = Callable[[dict], float | str]
 """Coordinates → fall margin, or the status of a failure."""
 
 
-def figures(margin: float) -> dict:
+def figures(margin: float, sling: bool = False) -> dict:
     """Return the metrics of a candidate: fell where the margin is negative."""
     fell = margin < 0
     pressure = np.zeros(len(REGION_NAMES))
@@ -32,9 +34,13 @@ def figures(margin: float) -> dict:
         "topple_margin": 0.1 * margin,
         "slide_distance": 0.15 * (1 - margin),
         "peak_pressure": float(pressure.max()),
+        "lying_peak_pressure": 8e3,
         "region_peak_pressure": pressure,
         "contact_area": np.nan if fell else 0.1,
         "support_force_ratio": np.nan if fell else 1.001,
+        "support_force_spread": np.nan if fell else 0.004,
+        "peak_edge_distance": 0.12 if sling else np.nan,
+        "peak_strap_force": 240.0 if sling else np.nan,
         "max_penetration": 0.005,
         "joint_excursion": np.full(len(JOINTS), 0.1),
         "settled": 1.0,
@@ -44,7 +50,8 @@ def figures(margin: float) -> dict:
 
 
 def make_study(
-    folder: Path, outcome: Outcome, axes: str = "{}", bodies=BODIES, title: str = "Which holds?"
+    folder: Path, outcome: Outcome, axes: str = "{}", bodies=BODIES, title: str = "Which holds?",
+    devices=("robotic_lift",), posture: str = "seated", method: str = "paper",
 ) -> tuple[Study, Path]:
     """Write a study and its dataset under `folder`; return both; `axes` is YAML in one line."""
     if not (folder / "designs").exists():
@@ -52,18 +59,19 @@ def make_study(
     (folder / "config").mkdir(exist_ok=True)
     config = folder / "config" / "made_up.yaml"
     config.write_text(
-        f"title: '{title}'\ndevice: robotic_lift\nbodies: [{', '.join(bodies)}]\n"
-        f"posture: seated\nmethod: paper\naxes: {axes}\n",
+        f"title: '{title}'\ndevices: [{', '.join(devices)}]\nbodies: [{', '.join(bodies)}]\n"
+        f"posture: {posture}\nmethod: {method}\naxes: {axes}\n",
         encoding="utf-8",
     )
     study = load_study(config)
     rows = []
     for candidate in study.candidates:
         told = outcome(candidate.coordinates)
+        sling = candidate.design.device.kind == "sling_lift"
         rows.append(
             row(candidate, told, "made up to fail", None)
             if isinstance(told, str)
-            else row(candidate, "ok", "", figures(told))
+            else row(candidate, "ok", "", figures(told, sling))
         )
     table = study.folder / "rows.nc"
     write_rows(rows, table)

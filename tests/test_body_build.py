@@ -74,7 +74,7 @@ def test_remesh_is_sound_however_its_source_is_rounded(name, seed):
     """Every rounding takes the remesh another way: splits and collapses hang on comparisons."""
     path = next(path for path in DESIGNS if path.stem == name)
     design = validate(BodyDesign, read_yaml(path), path)
-    whole = family_of(design)
+    whole = family_of(design.sex, design.age_years)
     source = whole.surface_vertices(fit_phenotype(whole, name, design.stature_m, design.mass_kg))
     source *= 1 + 1e-12 * np.random.default_rng(seed).standard_normal(source.shape)
     result = remesh(source, whole.faces, design.skin_vertices)

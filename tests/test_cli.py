@@ -67,7 +67,7 @@ def test_check_counts_the_candidates(study, simcore):
           "--out", "config/tiny.yaml/run.nc"], "cannot be written; accepted: a file in a folder"),
         (["body", "designs/bodies/no.yaml"], "designs/bodies/no.yaml: cannot be read"),
         (["body", "designs/bodies/giant.yaml"], "giant"),
-        (["bench", "sling"], "bench: no case sling; accepted: lift"),
+        (["bench", "cloth"], "bench: no case cloth; accepted: lift, sling"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_one_line_and_writes_nothing(study, simcore, arguments, expected):
@@ -76,7 +76,7 @@ def test_a_mistake_is_one_line_and_writes_nothing(study, simcore, arguments, exp
     config.joinpath("heavy.yaml").write_text(STUDY + "  mass_kg: [70, 240]\n")
     body = (designs / "bodies" / "tiny.yaml").read_text()
     (designs / "bodies" / "giant.yaml").write_text(body.replace("70", "25"))
-    config.joinpath("broken.yaml").write_text(STUDY.replace("device: tiny", "device: broken"))
+    config.joinpath("broken.yaml").write_text(STUDY.replace("devices: [tiny]", "devices: [broken]"))
     (designs / "devices" / "broken.yaml").write_text(
         "kind: robotic_lift\nsupport_angle_deg: 0\n"
         "surface: {shape: mesh, file: seat.stl, unit: m, recline_deg: 0, vertex_count: 500}\n"

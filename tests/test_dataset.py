@@ -111,6 +111,7 @@ def test_provenance(made):
     designs = json.loads(ds.attrs["designs"])
     assert set(designs) == set(study.axes["body"])
     assert designs["male_172_70"]["device"]["support_angle_deg"] == 0
+    assert json.loads(ds.attrs["devices"]) == {"robotic_lift": designs["male_172_70"]["device"]}
 
 
 def test_texts_are_whole_whatever_came_first(made, tmp_path):
@@ -145,7 +146,7 @@ def test_two_names_of_one_body_are_one_candidate(tmp_path):
     path = make_project(tmp_path)
     bodies = tmp_path / "designs" / "bodies"
     (bodies / "twin.yaml").write_text((bodies / "tiny.yaml").read_text())
-    path.write_text(path.read_text().replace("[tiny]", "[tiny, twin]"))
+    path.write_text(path.read_text().replace("bodies: [tiny]", "bodies: [tiny, twin]"))
     study = load_study(path)
     assert len({each.id for each in study.candidates}) == 2
     for number, candidates in enumerate(jobs_of(study).values()):
@@ -251,7 +252,7 @@ def test_what_is_not_netcdf_is_refused(tmp_path, data, message):
 @pytest.mark.parametrize(("attributes", "found"), [({}, "unknown"), ({"schema": 99}, "99")])
 def test_another_schema_is_refused(tmp_path, attributes, found):
     xr.Dataset({"x": 1.0}, attrs=attributes).to_netcdf(tmp_path / "a.nc")
-    with pytest.raises(DesignError, match=f"schema {found}, this version reads 1"):
+    with pytest.raises(DesignError, match=f"schema {found}, this version reads {dataset.SCHEMA}"):
         open_dataset(tmp_path / "a.nc")
 
 

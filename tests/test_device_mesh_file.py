@@ -5,7 +5,7 @@ import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
-from simcore.config.designs import MeshSurface
+from simcore.config.robotic_lift import MeshSurface
 from simcore.device.mesh_file import surface_from_file
 from simcore.errors import DesignError
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simcore.config.designs import MotionProgram
+from simcore.config.motion import MotionProgram
 from simcore.device.motion import Motion
 
 varied = settings(max_examples=40, deadline=None)

@@ -7,7 +7,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from simcore.config.designs import SeatAndBackrest
+from simcore.config.robotic_lift import SeatAndBackrest
 from simcore.device.surface import seat_and_backrest
 
 SLAB = {

@@ -1,17 +1,20 @@
 """Verdicts, thresholds, sentences and exemplars: pure functions of a dataset."""
 
+import json
+
 import pytest
-from report_studies import BODIES, make_dataset
+from report_studies import BODIES, SLING, make_dataset
 
 from simcore.report.exemplars import choose_exemplars
 from simcore.report.findings import body_findings, headline
 from simcore.report.html import simulate_command
-from simcore.report.physics import VARIED, constants_of, gains_of
-from simcore.report.quantities import QUANTITIES, axes_of, path_value
-from simcore.report.trust import trust_rows, trust_summary
+from simcore.report.physics import VARIED, equations_of, tables_of
+from simcore.report.quantities import QUANTITIES, axes_of, number_text, path_value
+from simcore.report.trust import columns_of, fill_missing_metrics, trust_rows, trust_summary
 from simcore.report.verdicts import (
     best_design,
     gentlest_candidate,
+    gentlest_design,
     threshold_axis,
     threshold_of,
     verdicts_of,
@@ -79,6 +82,7 @@ def test_best_design_serves_the_worst_off_body_and_avoids_failures(tmp_path):
     )
     assert best_design(ds) == {"support_angle_deg": 4}
     assert gentlest_candidate(ds, BODIES[0])["support_angle_deg"] == 0
+    assert gentlest_design(ds) == {"support_angle_deg": 4}  # 0 presses the other body more
 
 
 @pytest.mark.parametrize(
@@ -86,9 +90,23 @@ def test_best_design_serves_the_worst_off_body_and_avoids_failures(tmp_path):
     [
         (lambda place: "blow_up", "No verdict: all 8 candidates failed."),
         (lambda place: 0.5, "All 8 candidates held their body."),
+        (
+            by_angle(a0=0.1, a4=0.4, a7=0.3, a10=0.2),
+            "All 8 candidates held their body; pressed least at support angle 4°, with a peak of "
+            "12.0 kPa.",
+        ),
         (lambda place: -0.5, "No design holds any body: 8 of 8 candidates fell."),
-        (by_angle(a0=-1, a4=0.1, a7=0.2, a10=0.3), "Support angle 4° to 10° holds both bodies."),
-        (by_angle(a0=0.1, a4=-1, a7=0.2, a10=1), "Support angle 0°, 7° to 10° holds both bodies."),
+        (
+            by_angle(a0=-1, a4=0.1, a7=0.2, a10=0.3),
+            "Support angle 4° to 10° holds both bodies; pressed least at support angle 10°, with a "
+            "peak of 14.0 kPa.",
+        ),
+        (
+            by_angle(a0=0.1, a4=-1, a7=0.2, a10=0.2),
+            "Support angle 0°, 7° to 10° holds both bodies; pressed least at support angle 7°, "
+            "with a peak of 16.0 kPa.",
+        ),
+        (by_angle(a0=-1, a4=-1, a7=-1, a10=0.3), "Support angle 10° holds both bodies."),
         (
             lambda place: 0.5 if place["body"] == BODIES[0] else -1,
             "No design holds both bodies: 4 of 8 candidates held.",
@@ -126,6 +144,10 @@ def test_exemplars_are_the_threshold_the_best_and_the_ends(tmp_path):
     male = [(BODIES[0], angle) for angle in (0, 5, 6, 9)]
     female = [(BODIES[1], angle) for angle in (0, 3, 4, 9)]
     assert chosen == male + female
+    gentlest = "lowest peak pressure of this body"
+    assert [gentlest in each.reasons for each in choose_exemplars(ds)] == 2 * [
+        False, False, True, False
+    ]
     few = choose_exemplars(ds, at_most=4)
     assert [each.coordinates["support_angle_deg"] for each in few] == [5, 6, 3, 4]
 
@@ -179,10 +201,128 @@ def test_trust_flags_what_is_out_of_bounds(tmp_path):
     assert tiles["Real-time factor"]["value"] == "3.00"
 
 
+def test_numbers_are_written_as_they_are_read():
+    shown = {0: "0", 0.25: "0.25", -0.5: "−0.5", 1000: "1,000", 20_000: "20,000", 4e5: "400,000",
+             1e6: "10⁶", 2.5e7: "2.5·10⁷", 2e-5: "2·10⁻⁵", -3e8: "−3·10⁸", 1234.5: "1,234.5"}
+    assert {value: number_text(value) for value in shown} == shown
+    assert path_value(("pressure_stiffness_pa_per_m",), 4e5) == "400,000 Pa/m"
+    assert path_value(("areal_density_kg_per_m2",), 0.3) == "0.3 kg/m²"
+    assert path_value(("substep_s",), None) == "none given"
+
+
+def test_an_axis_of_stiffness_is_readable_and_one_of_devices_is_told_by_name(tmp_path):
+    axes = "{stiffness_per_width_n_per_m: [5.0e+3, 2.0e+4, 8.0e+4]}"
+    ds = make_dataset(tmp_path, lambda place: 0.5, axes=axes, **SLING)
+    (_, axis) = axes_of(ds)
+    assert axis.label == "Stiffness per width [N/m]" and axis.geometric
+    assert axis.ticks == ["5,000", "20,000", "80,000"] and axis.text(2e4) == "20,000 N/m"
+    lengths = [f"hanging.attachments.{i}.strap_length_m" for i in (0, 2)]
+    axes = f"{{{lengths[0]}: [0.5, 0.6], {lengths[1]}: [0.6, 0.7]}}"
+    ds = make_dataset(tmp_path, lambda place: 0.5, axes=axes, **SLING)
+    assert [axis.title for axis in axes_of(ds)] == [
+        "body", "hanging 1 strap length", "hanging 3 strap length"
+    ]
+
+
+def test_devices_are_an_axis_of_names(tmp_path):
+    pressed = {"sling_reclined": 0.1, "robotic_lift": 0.4}
+    both = SLING | {"devices": tuple(pressed)}
+    ds = make_dataset(tmp_path, lambda place: pressed[place["device"]], **both)
+    assert best_design(ds) == gentlest_design(ds) == {"device": "robotic_lift"}
+    assert headline(ds).endswith("pressed least at device robotic_lift, with a peak of 12.0 kPa.")
+    assert {each.coordinates["device"] for each in choose_exemplars(ds)} == set(pressed)
+    assert len(choose_exemplars(ds)) == 4
+    assert "--set device=robotic_lift" in simulate_command(ds, best_design(ds))
+    tables = {table.title: dict(row[:2] for row in table.rows) for table in tables_of(ds)}
+    assert "Bed of sling_reclined" in tables and "Device of robotic_lift" in tables
+    parts = [part for part, _, _ in equations_of(ds)]
+    assert "Fall (robotic lift)" in parts and "Fall (sling lift)" in parts
+
+
+def test_a_sling_is_compared_with_the_bed_it_left(tmp_path):
+    ds = make_dataset(tmp_path, lambda place: 0.5, **SLING)
+    assert body_findings(ds)[0]["text"].endswith("Lying on the bed before the lift, the peak was "
+                                                 "8.0 kPa.")
+    lift = make_dataset(tmp_path, lambda place: 0.5)
+    assert "bed" not in body_findings(lift)[0]["text"]
+
+
+def test_figures_that_no_device_of_the_study_has_are_left_out_and_not_missing(tmp_path):
+    lift = make_dataset(tmp_path, lambda place: 0.5)
+    sling = make_dataset(tmp_path, lambda place: 0.5, **SLING)
+    both = make_dataset(tmp_path, lambda place: 0.5, **SLING | {
+        "devices": ("sling_reclined", "robotic_lift")})
+    strap = "Strap tension"
+    assert [strap in columns_of(ds) for ds in (lift, sling, both)] == [False, True, True]
+    for ds in (lift, sling, both):
+        assert fill_missing_metrics(ds)[1] == []
+        assert all(len(row.figures) == len(row.flags) == len(columns_of(ds))
+                   for row in trust_rows(ds))
+    tensions = [row.figures[columns_of(both).index(strap)] for row in trust_rows(both)]
+    assert tensions == 2 * ["240 N", "–"]
+
+
+def test_trust_tells_steadiness_and_that_a_sheet_counts(tmp_path):
+    ds = make_dataset(tmp_path, lambda place: 0.5, **SLING)
+    ds["support_force_spread"].loc[{"body": BODIES[1]}] = 0.03
+    tiles = {tile["title"]: tile for tile in trust_summary(ds)}
+    steady = tiles["Unsteadiness of the support force"]
+    assert steady["value"] == "0.004 to 0.030" and not steady["good"]
+    assert "sheet's weight counted" in tiles["Support force over weight, at rest"]["note"]
+    at = columns_of(ds).index("Unsteady by")
+    assert [row.flags[at] for row in trust_rows(ds)] == [False, True]
+    lift = {tile["title"]: tile for tile in trust_summary(make_dataset(tmp_path, lambda _: 0.5))}
+    assert lift["Unsteadiness of the support force"]["good"]
+    assert "sheet" not in lift["Support force over weight, at rest"]["note"]
+
+
 def test_physics_tells_constants_with_units_and_what_is_varied(tmp_path):
     ds = make_dataset(tmp_path, lambda place: 0.5, axes=ANGLES)
-    tables = {title: dict(rows) for title, rows in constants_of(ds)}
-    assert tables["Contact"]["stiffness"] == "1000 N/m"
+    tables = {table.title: dict(row[:2] for row in table.rows) for table in tables_of(ds)}
+    assert tables["Contact"]["stiffness"] == "1,000 N/m"
     assert tables["Device"]["support angle"] == VARIED
     assert tables["Posture"]["knee flexion"].endswith("°")
-    assert ("hip", "1 N·m/rad", "1 N·m·s/rad") in gains_of(ds)
+    (gains,) = [table for table in tables_of(ds) if table.title == "Joint gains"]
+    assert ("hip", "1 N·m/rad", "1 N·m·s/rad") in gains.rows
+    assert [numbers for _, numbers, _ in equations_of(ds)] == [
+        "Eq. 1", "Eq. 2", "Eq. 3", "Eqs. 8–12", "Eq. 6", "Eq. 7", "", "Eq. P1", "Eq. P2"
+    ]
+
+
+def test_physics_of_a_sling(tmp_path):
+    axes = "{stiffness_per_width_n_per_m: [5000, 20000], attachments.1.strap_length_m: [0.6, 0.7]}"
+    ds = make_dataset(tmp_path, lambda place: 0.5, axes=axes, **SLING)
+    design = json.loads(ds.attrs["designs"])[BODIES[0]]
+    tables = {table.title: table for table in tables_of(ds)}
+    sheet = dict(tables["Sheet"].rows)
+    assert sheet["material stiffness per width"] == VARIED
+    assert sheet["material areal density"].endswith(" kg/m²")
+    assert dict(tables["Bed"].rows)["pressure stiffness"].endswith(" Pa/m")
+    assert "stiffness" not in dict(tables["Contact of skin and bed"].rows)
+    assert dict(tables["Simulation of the sheet"].rows)["solver kind"] == (
+        design["method"]["sheet"]["solver"]["kind"]
+    )
+    straps = tables["Straps"]
+    assert straps.head == ("Strap", "On the sheet", "On the bar", "Length")
+    attachments = design["device"]["hanging"]["attachments"]
+    assert len(straps.rows) == len(attachments)
+    assert straps.rows[0][3].endswith("m") and straps.rows[1][3] == VARIED
+    numbers = [equation for _, equation, _ in equations_of(ds)]
+    for needed in ("4", "S2", "S3", "S4", "S5", "S6", "S8"):
+        assert f"Eq. {needed}" in numbers
+    assert not {"Eq. S7", "Eqs. S9–S11"} & set(numbers)
+
+
+def test_physics_follows_solver_law_and_material(tmp_path):
+    ds = make_dataset(tmp_path, lambda place: 0.5, **SLING)
+    designs = json.loads(ds.attrs["designs"])
+    for design in designs.values():
+        design["method"]["sheet"] |= {"solver": {"kind": "liu", "tolerance": 1e-3},
+                                      "contact": {"law": "penalty"}}
+    devices = json.loads(ds.attrs["devices"])
+    for device in devices.values():
+        device["sheet"]["material"] = {"kind": "paper"}
+    ds.attrs |= {"designs": json.dumps(designs), "devices": json.dumps(devices)}
+    numbers = {equation for _, equation, _ in equations_of(ds)}
+    assert {"Eqs. S9–S11", "Eqs. 7, S7"} <= numbers
+    assert not {"Eq. S3", "Eq. S6", "Eq. S8"} & numbers

@@ -8,8 +8,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import trimesh
 from PIL import Image
-from report_studies import BODIES, figures, make_study
+from report_studies import BODIES, SLING, figures, make_study
 
 from simcore.dataset import (
     candidate_dataset,
@@ -22,6 +23,17 @@ from simcore.dataset import (
 from simcore.errors import DesignError
 from simcore.recorder import Trajectory
 from simcore.report import build_report
+from simcore.report.mat import mat_chart
+from simcore.report.runs import read_run
+from simcore.report.sling_pictures import (
+    BAR_COLOUR,
+    BED_COLOUR,
+    SHEET_COLOUR,
+    SHEET_THICKNESS,
+    STRAP_COLOUR,
+    press_skin,
+    sling_meshes,
+)
 from simcore.scene import build_scene
 
 ANGLES = "{support_angle_deg: [0, 4, 7]}"
@@ -88,33 +100,44 @@ def by_angle(place) -> float:
     return -1.0 if place["support_angle_deg"] < 5 else 0.7
 
 
-@pytest.fixture(scope="module")
-def simulated(tmp_path_factory):
-    """A report whose study has two trajectories, in which the body stands still."""
-    folder = tmp_path_factory.mktemp("simulated")
-    study, dataset = make_study(folder, by_angle, axes="{support_angle_deg: [0, 7]}",
-                                bodies=BODIES[:1])
+def still(scene) -> tuple[Trajectory, np.ndarray]:
+    """Return a run of four frames, in which the body stands still, and its pressures (4, n)."""
+    time = np.array([-0.5, 0.0, 1.0, 2.0])
+    skin_count = scene.body.skin.vertex_count
+    pressure = np.zeros((4, skin_count))
+    pressure[:, :400] = [[90e3], [20e3], [34e3], [90e3]]  # settles, held or falling, fallen
+    low, high = scene.mat_points.min(axis=0), scene.mat_points.max(axis=0)
+    mat_x, mat_y = (np.arange(*ends, 0.025) + 0.0125 for ends in zip(low, high, strict=True))
+    reading = np.zeros((4, len(mat_x), len(mat_y)), np.float32)
+    reading[:, 8, 4] = [60e3, 5e3, 24e3, 16e3]
+    start, sling = scene.motion(0.0), scene.sling
+    trajectory = Trajectory(
+        time=time,
+        q=np.tile(scene.configuration, (4, 1)),
+        v=np.zeros((4, scene.body.model.nv)),
+        device_rotation=np.tile(start.rotation, (4, 1, 1)),
+        device_position=np.tile(start.position, (4, 1)),
+        displacement=np.zeros(4),
+        segment_force=np.zeros((4, 18, 3)),
+        support_force=np.zeros((4, 3)),
+        normal_force=np.zeros((4, skin_count), np.float32),
+        mat_pressure=reading, mat_x=mat_x, mat_y=mat_y,
+        sheet_position=np.tile(sling.start.position, (4, 1, 1)) if sling else None,
+        strap_force=np.zeros((4, len(sling.solver.sheet.straps.length), 3)) if sling else None,
+        contact_count=np.zeros(4, int),
+        depth_max=np.zeros(4),
+        settled=True, cpu_time=1.0, status="ok", reason="",
+    )
+    return trajectory, pressure
+
+
+def report_of(folder, outcome, **options) -> SimpleNamespace:
+    """Return a study, its dataset and its report; every candidate has a run that is `still`."""
+    study, dataset = make_study(folder, outcome, bodies=BODIES[:1], **options)
     for candidate in study.candidates:
         scene = build_scene(candidate.design, candidate.coordinates["body"], folder)
-        time = np.array([-0.5, 0.0, 1.0, 2.0])
-        start = scene.device.motion(0.0)
-        skin_count = scene.body.skin.vertex_count
-        pressure = np.zeros((4, skin_count))
-        pressure[:, :400] = [[90e3], [20e3], [34e3], [90e3]]  # settles, held or falling, fallen
-        trajectory = Trajectory(
-            time=time,
-            q=np.tile(scene.configuration, (4, 1)),
-            v=np.zeros((4, scene.body.model.nv)),
-            device_rotation=np.tile(start.rotation, (4, 1, 1)),
-            device_position=np.tile(start.position, (4, 1)),
-            displacement=np.zeros(4),
-            segment_force=np.zeros((4, 18, 3)),
-            normal_force=np.zeros((4, skin_count), np.float32),
-            contact_count=np.zeros(4, int),
-            depth_max=np.zeros(4),
-            settled=True, cpu_time=1.0, status="ok", reason="",
-        )
-        told = row(candidate, "ok", "", figures(by_angle(candidate.coordinates)))
+        trajectory, pressure = still(scene)
+        told = row(candidate, "ok", "", figures(outcome(candidate.coordinates), bool(scene.sling)))
         write_dataset(
             candidate_dataset(candidate, told, trajectory_dataset(trajectory, pressure)),
             candidate_path(study.folder / "candidates", candidate),
@@ -124,22 +147,135 @@ def simulated(tmp_path_factory):
     )
 
 
-def test_each_exemplar_has_three_pictures_that_show_something(simulated):
-    images = simulated.page.all("img")
-    assert len(images) == 6
-    for image in images:
-        data = base64.b64decode(image["src"].removeprefix("data:image/webp;base64,"))
-        picture = np.asarray(Image.open(io.BytesIO(data)))
+@pytest.fixture(scope="module")
+def simulated(tmp_path_factory):
+    """A report whose study has two trajectories on a robotic lift."""
+    folder = tmp_path_factory.mktemp("simulated")
+    return report_of(folder, by_angle, axes="{support_angle_deg: [0, 7]}")
+
+
+@pytest.fixture(scope="module")
+def hung(tmp_path_factory):
+    """A report whose study has one trajectory in a sling."""
+    return report_of(tmp_path_factory.mktemp("hung"), lambda place: 0.6, **SLING)
+
+
+def pictures_of(page: Page) -> list[np.ndarray]:
+    """Return the pictures (height, width, 4) uint8 of a page."""
+    return [
+        np.asarray(
+            Image.open(
+                io.BytesIO(
+                    base64.b64decode(image["src"].removeprefix("data:image/webp;base64,"))
+                )
+            )
+        )
+        for image in page.all("img")
+    ]
+
+
+def test_each_exemplar_has_three_pictures_that_show_something(simulated, hung):
+    assert len(simulated.page.all("img")) == 6 and len(hung.page.all("img")) == 3
+    images = simulated.page.all("img") + hung.page.all("img")
+    pictures = pictures_of(simulated.page) + pictures_of(hung.page)
+    for image, picture in zip(images, pictures, strict=True):
         assert picture.shape == (int(image["height"]), int(image["width"]), 4)
         shown = picture[..., 3] > 128
         assert 0.04 < shown.mean() < 0.8
         assert picture[shown][:, :3].std() > 10
 
 
+def test_a_sling_is_seen_in_its_colour_and_left_out_of_the_pressure_map(hung):
+    def share(picture, colour):
+        """Share of the picture that has the hue of a colour, whatever its light."""
+        shown = picture[picture[..., 3] == 255][:, :3].astype(float)
+        hue = shown / np.maximum(shown.max(axis=1, keepdims=True), 1)
+        return (np.abs(hue - np.array(colour) / max(colour)).max(axis=1) < 0.1).mean()
+
+    first, _, pressed = pictures_of(hung.page)
+    assert share(first, SHEET_COLOUR) > 0.03 and share(first, BED_COLOUR) > 0.3
+    assert share(pressed, SHEET_COLOUR) < 0.005
+    assert "the body as it hung last" in hung.page.text
+    assert "body, sheet, straps, bar and bed" in hung.page.all("img")[0]["alt"]
+
+
+def test_straps_are_drawn_from_sheet_to_hooks_and_the_bar_between_those(hung):
+    (candidate,) = hung.study.candidates
+    path = candidate_path(hung.study.folder / "candidates", candidate)
+    run = read_run(path, BODIES[0], hung.study.root)
+    meshes = sling_meshes(run, 0, (1.0, 0.0, 0.0))
+
+    def ends(colour):
+        """Both ends of every tube of a colour: its last two vertices."""
+        return np.array(
+            [mesh.vertices[-2:] for mesh in meshes if (mesh.colour == colour).all()]
+        )
+
+    attachments = candidate.design.device.hanging.attachments
+    hooks = np.array([each.bar_point_m for each in attachments])  # the bar's frame is the world
+    sewn = np.array([each.sheet_point_m for each in attachments])
+    straps = ends(STRAP_COLOUR)
+    assert straps[:, 1] == pytest.approx(hooks)
+    shift = run.frames.q.values[0, 0] - candidate.design.device.sheet.pelvis_x_m
+    assert straps[:, 0, :2] == pytest.approx(sewn + np.array([shift, 0]), abs=0.02)
+    bar = ends(BAR_COLOUR).reshape(-1, 3)
+    assert all(np.linalg.norm(bar - hook, axis=1).min() < 1e-9 for hook in hooks)
+
+
+def test_skin_that_a_sheet_lies_in_is_drawn_on_its_upper_side():
+    ball = trimesh.creation.icosphere(4, 0.1)
+    x = np.linspace(-0.2, 0.2, 41)
+    grid = np.stack([*np.meshgrid(x, x, indexing="ij"), np.full((41, 41), -0.08)], -1)
+    sheet = grid.reshape(-1, 3)
+    up = np.tile([0.0, 0.0, 1.0], (len(sheet), 1))
+    pressed = press_skin(ball.vertices, ball.faces, sheet, up)
+    assert pressed[:, 2].min() == pytest.approx(-0.08 + 2 * SHEET_THICKNESS)
+    above = ball.vertices[:, 2] > -0.07
+    assert (pressed[above] == ball.vertices[above]).all()
+
+
+@pytest.mark.parametrize(
+    ("which", "rest", "supported"),
+    [("simulated", [1.0], [0.0, 1.0]), ("hung", [2.0], [0.0, 1.0, 2.0])],  # the first fell at 1.5 s
+)
+def test_the_mat_shows_the_readings_of_the_run(request, which, rest, supported):
+    made = request.getfixturevalue(which)
+    path = candidate_path(made.study.folder / "candidates", made.study.candidates[0])
+    frames = open_dataset(path)
+    reading = frames.mat_pressure
+    readings = reading.sel(time=rest).mean("time"), reading.sel(time=supported).max("time")
+    chart = mat_chart(read_run(path, BODIES[0], made.study.root), 60e3, "x")
+    for figure, expected in zip(chart.figures.values(), readings, strict=True):
+        shown = figure.data[0]
+        here = np.isfinite(shown.z)
+        assert shown.z[here] == pytest.approx(1e-3 * expected.values[here])
+        assert expected.values[~here].sum() == 0
+        assert shown.zmin == 0 and shown.zmax == 60
+        assert list(shown.x) == pytest.approx(100 * frames.mat_y.values)
+        assert "[cm]" in figure.layout.xaxis.title.text
+        assert "[cm]" in figure.layout.yaxis.title.text
+        assert "[kPa]" in shown.colorbar.title.text
+        assert {each.text for each in figure.layout.annotations} == {"head ↑", "feet ↓"}
+    for expected in readings:
+        assert f"up to {1e-3 * expected.values.max():.1f} kPa" in made.page.text
+    if which == "hung":
+        outline = next(each for each in figure.data[1:] if each.mode == "lines")
+        assert max(outline.y) == pytest.approx(100 * frames.mat_x.values.max(), abs=3)
+
+
+def test_a_run_of_another_body_is_not_shown_on_this_one(hung, tmp_path):
+    (candidate,) = hung.study.candidates
+    path = candidate_path(hung.study.folder / "candidates", candidate)
+    other = open_dataset(path)
+    other["skin_vertex"] = other["skin_vertex"] + 100_000
+    write_dataset(other, tmp_path / "a.nc")
+    assert "simulated by another version" in read_run(tmp_path / "a.nc", BODIES[0], tmp_path)
+
+
 def test_pressures_are_those_of_the_supported_time_on_one_scale(simulated):
     text = simulated.page.text
-    assert "Peak pressure while supported: 34.0 kPa" in text  # fell at 1.5 s
-    assert "Peak pressure while supported: 90.0 kPa" in text
+    assert "Peak pressure while supported: 34.0 kPa; the body as it sat at the start" in text
+    assert "Peak pressure while supported: 90.0 kPa" in text  # the first fell at 1.5 s
     assert text.count("100 kPa") == 2
 
 
@@ -185,12 +321,21 @@ def test_missing_and_unreadable_candidates_are_named(simulated, tmp_path):
             "Its largest fall margin is 0.60 at sex male", 4,
         ),
         (
+            lambda place: 0.6 if place["device"] == "robotic_lift" else 0.3,
+            {"devices": ("sling_reclined", "robotic_lift"), "posture": "lying", "method": "sling"},
+            "pressed least at device robotic_lift, with a peak of 10.0 kPa", 7,
+        ),
+        (
+            lambda place: 0.6, SLING | {"axes": "{stiffness_per_width_n_per_m: [5000, 2e4, 8e4]}"},
+            "it holds at every value from 5,000 N/m to 80,000 N/m", 7,
+        ),
+        (
             by_angle,
             {"axes": "{support_angle_deg: [0, 4, 7], width_m: [0.5, 0.55], recline_deg: [10]}"},
             "for recline 10°", 8,
         ),
     ],
-    ids=["axis", "one", "bodies", "failed", "categorical", "three_axes"],
+    ids=["axis", "one", "bodies", "failed", "categorical", "devices", "sling", "three_axes"],
 )
 def test_report_builds_in_every_case(tmp_path, outcome, options, told, chart_count):
     _, dataset = make_study(tmp_path, outcome, **options)
@@ -210,6 +355,13 @@ def test_metrics_that_an_older_dataset_lacks_are_named(tmp_path):
     page = read(build_report(dataset, tmp_path / "report.html"))
     assert "lacks: least backward lean of the upper body over the hips; highest" in page.text
     assert "chart-fall-margin-0" in [each.get("id") for each in page.all("div")]
+
+
+def test_a_reason_takes_the_place_of_figures_that_are_not_there(tmp_path):
+    _, dataset = make_study(tmp_path, lambda place: "slip_through", **SLING)
+    page = read(build_report(dataset, tmp_path / "report.html"))
+    assert "slip through: made up to fail" in page.text
+    assert "Remark" not in page.text
 
 
 def test_every_verdict_has_a_sign_and_a_word(tmp_path):

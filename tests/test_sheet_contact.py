@@ -6,16 +6,18 @@ from math import atan, cos, exp, pi, sin
 import numpy as np
 import pytest
 
-from simcore.sheet import (
-    STILL_BAR,
+from simcore.config.sling_lift import (
     EdgeAttachment,
-    ExplicitSolver,
-    FabricSheet,
+    Fabric,
     HangingDesign,
-    LiuSolver,
-    PlaneContact,
     RectangleOutline,
     SheetDesign,
+)
+from simcore.sheet import (
+    STILL_BAR,
+    ExplicitSolver,
+    LiuSolver,
+    PlaneContact,
     SheetState,
     build_net,
     build_straps,
@@ -27,11 +29,28 @@ G = 9.80665
 FOUNDATION = 1.0e6
 """Contact stiffness per area [N/m³]."""
 
+# A device has straps; a sheet by itself need not.
+NO_STRAPS = HangingDesign.model_construct(
+    attachments=(), strap_stiffness_n_per_m=3e4, strap_damping_ns_per_m=30.0
+)
+
+
+def fabric(stiffness_per_width=2e4, density=0.3):
+    return Fabric(
+        kind="fabric", stiffness_per_width_n_per_m=stiffness_per_width,
+        areal_density_kg_per_m2=density,
+    )
+
+
+def rectangular(length, width, material, count):
+    outline = RectangleOutline(shape="rectangle", length_m=length, width_m=width)
+    return SheetDesign(outline=outline, material=material, vertex_count=count, pelvis_x_m=0.0)
+
 
 def small_sheet():
     """0.3 m square of 10 kg/m²: heavy enough to need no added inertia."""
-    net = build_net(SheetDesign(RectangleOutline(0.3, 0.3), FabricSheet(2e4, 10.0), 225))
-    return make_sheet(net, build_straps(net, HangingDesign(())))
+    net = build_net(rectangular(0.3, 0.3, fabric(density=10.0), 225))
+    return make_sheet(net, build_straps(net, NO_STRAPS))
 
 
 def plane(net, normal=(0.0, 0.0, 1.0), offset=0.0, friction=0.0, share=1.0):
@@ -116,13 +135,19 @@ def test_capstan():
     """A strip pulled over a fixed cylinder by half a turn: T2 / T1 = e^(µ π)."""
     friction, radius, straight, width = 0.3, 0.15, 0.2, 0.06
     length = 2 * straight + pi * radius
-    net = build_net(SheetDesign(RectangleOutline(length, width), FabricSheet(), 300))
+    net = build_net(rectangular(length, width, fabric(), 300))
     half = width / 2
     ends = tuple(
-        EdgeAttachment(edge, edge, (x, -half, -0.3), (x, half, -0.3), 0.1)
+        EdgeAttachment(
+            kind="edge", name=edge, edge=edge, strap_length_m=0.1,
+            bar_start_m=(x, -half, -0.3), bar_end_m=(x, half, -0.3),
+        )
         for edge, x in (("head", -radius), ("foot", radius))
     )
-    straps = build_straps(net, HangingDesign(ends, 500.0, 1.0))
+    hanging = HangingDesign(
+        attachments=ends, strap_stiffness_n_per_m=500.0, strap_damping_ns_per_m=1.0
+    )
+    straps = build_straps(net, hanging)
     sheet = replace(make_sheet(net, straps), gravity=np.zeros(3))
     s, y = net.rest_position.T
     turn = np.clip((s - straight) / radius, 0, pi)
@@ -164,9 +189,13 @@ def test_a_sheet_between_two_plates_shares_their_load():
 
 @pytest.mark.parametrize("angle", [0.3, 0.7])
 def test_two_halves_of_a_plane_do_what_the_whole_does(angle):
-    """The solve for several planes against that for one, sticking and sliding (µ = 0.5)."""
+    """The solve for several planes against that for one, sticking and sliding (µ = 0.5).
+
+    No vertex jumps off: there two halves may open in two sub-steps, the whole in one.
+    """
     sheet = replace(small_sheet(), gravity=np.array([G * sin(angle), 0, -G * cos(angle)]))
     random = np.random.default_rng(1).normal(scale=0.05, size=(len(sheet.net.mass), 3))
+    random[:, 2] = 0.0
     states = []
     for shares in ((1.0,), (0.5, 0.5)):
         contacts = tuple(plane(sheet.net, friction=0.5, share=share) for share in shares)

@@ -3,17 +3,19 @@
 import numpy as np
 import pytest
 
+from simcore.config.sling_lift import (
+    Fabric,
+    HangingDesign,
+    LoopAttachment,
+    PaperMaterial,
+    RectangleOutline,
+    SheetDesign,
+)
 from simcore.errors import DesignError
 from simcore.sheet import (
     STILL_BAR,
-    FabricSheet,
-    HangingDesign,
     LiuSolver,
-    LoopAttachment,
-    PaperSheet,
     PlaneContact,
-    RectangleOutline,
-    SheetDesign,
     build_net,
     build_straps,
     lay_flat,
@@ -22,15 +24,26 @@ from simcore.sheet import (
 
 H = 2e-3
 FLOOR, FLOOR_STIFFNESS = -0.002, 400.0
+PAPER = PaperMaterial(kind="paper", stiffness_n_per_m=1000.0, mass_kg=1.0)
+FABRIC = Fabric(kind="fabric", stiffness_per_width_n_per_m=2e3, areal_density_kg_per_m2=1.0)
 
 
 def hanging_sheet(material):
-    net = build_net(SheetDesign(RectangleOutline(0.4, 0.3), material, 90))
+    outline = RectangleOutline(shape="rectangle", length_m=0.4, width_m=0.3)
+    net = build_net(
+        SheetDesign(outline=outline, material=material, vertex_count=90, pelvis_x_m=0.2)
+    )
     loops = tuple(
-        LoopAttachment(str(i), (x, y), (x, y, 0.2), 0.201)
+        LoopAttachment(
+            kind="loop", name=str(i), sheet_point_m=(x, y), bar_point_m=(x, y, 0.2),
+            strap_length_m=0.201,
+        )
         for i, (x, y) in enumerate([(0, 0.15), (0, -0.15), (0.4, 0.15), (0.4, -0.15)])
     )
-    return make_sheet(net, build_straps(net, HangingDesign(loops, 2e3, 0.0)))
+    hanging = HangingDesign(
+        attachments=loops, strap_stiffness_n_per_m=2e3, strap_damping_ns_per_m=0.0
+    )
+    return make_sheet(net, build_straps(net, hanging))
 
 
 def newton_step(sheet, start, velocity):
@@ -104,7 +117,7 @@ def newton_step(sheet, start, velocity):
     return x
 
 
-@pytest.mark.parametrize("material", [PaperSheet(1000.0, 1.0), FabricSheet(2e3, 1.0)])
+@pytest.mark.parametrize("material", [PAPER, FABRIC])
 @pytest.mark.parametrize("window", [0, 6])
 def test_local_global_step_is_newtons(material, window):
     sheet = hanging_sheet(material)
@@ -127,8 +140,8 @@ def test_local_global_step_is_newtons(material, window):
 
 
 def test_steps_and_tolerances_are_checked():
-    sheet = hanging_sheet(PaperSheet())
-    with pytest.raises(DesignError, match="step_s"):
+    sheet = hanging_sheet(PAPER)
+    with pytest.raises(DesignError, match=r"method\.sheet\.step_s: is 0"):
         LiuSolver(sheet, step=0.0)
-    with pytest.raises(DesignError, match="tolerance"):
+    with pytest.raises(DesignError, match=r"method\.sheet\.solver\.tolerance: is -1"):
         LiuSolver(sheet, tolerance=-1.0)

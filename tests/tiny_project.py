@@ -19,7 +19,7 @@ skin_vertices: 2000
 
 STUDY = """\
 title: Does the line hold?
-device: tiny
+devices: [tiny]
 bodies: [tiny]
 posture: seated
 method: tiny

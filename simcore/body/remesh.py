@@ -12,6 +12,7 @@ import numba
 import numpy as np
 from scipy.spatial import cKDTree
 
+from simcore.body.inscribed import inscribed_radius
 from simcore.body.piercing import piercing_faces
 from simcore.body.remesh_operations import (
     MAX_VALENCE,
@@ -26,7 +27,6 @@ ITERATIONS, MOST_ITERATIONS = 10, 40
 # A toe or finger of three edges around folds at the next collapse.  Where the largest ball inside
 # has radius r the target edge is at most 1.4 r, 4.5 edges around, but not below 0.7 of the others'.
 EDGE_PER_RADIUS, SMALLEST_SHARE = 1.4, 0.7
-BALL_STEPS = 8  # of a shrinking ball; most come to rest after 3 or 4
 # A surface is sound within these: smallest angle [rad], edge lengths over their mean.
 SOUND_ANGLE, SOUND_EDGES = np.radians(13.0), (0.3, 1.6)
 CANDIDATE_VERTICES = 10  # nearest source vertices whose triangles are searched for a projection
@@ -97,7 +97,7 @@ class _Source:
     def __init__(self, vertices: np.ndarray, faces: np.ndarray, edge: float):
         self.vertices, self.faces = vertices, faces
         self.vertex_tree = cKDTree(vertices)
-        radius = _inner_radius(self.vertex_tree, vertices, _normals(vertices, faces), edge)
+        radius = inscribed_radius(self.vertex_tree, vertices, _normals(vertices, faces), edge)
         self.vertex_share = np.clip(EDGE_PER_RADIUS * radius / edge, SMALLEST_SHARE, 1.0)
         spacing = edge / 2
         corners = vertices[faces]
@@ -146,26 +146,6 @@ def _one_iteration(points: np.ndarray, faces: np.ndarray, sizes: np.ndarray):
     renumbered = np.full(counts[0], -1, np.int32)
     renumbered[used] = np.arange(len(used), dtype=np.int32)
     return room_points[used], renumbered[kept]
-
-
-def _inner_radius(
-    tree: cKDTree, points: np.ndarray, normals: np.ndarray, largest: float
-) -> np.ndarray:
-    """Radius (n,) [m] of the largest ball, up to `largest`, that touches each point from within.
-
-    A ball that holds another point shrinks until it touches that one (Ma, Bae and Choi 2012,
-    "3D medial axis point approximation using nearest neighbors and the normal field").
-    """
-    normals = normals / (np.linalg.norm(normals, axis=1, keepdims=True) + 1e-30)
-    radius = np.full(len(points), largest)
-    for _ in range(BALL_STEPS):
-        _, other = tree.query(points - radius[:, None] * normals)
-        apart = points - points[other]
-        depth = np.einsum("nc,nc->n", apart, normals)
-        inside = depth > 0  # else the nearest is the point itself, and the ball is at rest
-        touching = np.einsum("nc,nc->n", apart, apart)[inside] / (2 * depth[inside])
-        radius[inside] = np.minimum(radius[inside], touching)
-    return radius
 
 
 def _normals(points: np.ndarray, faces: np.ndarray) -> np.ndarray:

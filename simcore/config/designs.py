@@ -1,45 +1,29 @@
 """The validated models of every design file: the single source of truth of all keys.
 
-The JSON schemas under workflow/schemas and the key tables of config/README.md are generated
-from these models (`simcore.config.reference`). Keys carry their unit; angles are degrees in
-YAML and radians everywhere else (`Angle` fields are read through the `*_rad` properties).
+Devices have modules of their own. The JSON schemas under workflow/schemas and the key tables of
+config/README.md are generated from these models (`simcore.config.reference`). Keys carry their
+unit; angles are degrees in YAML and radians everywhere else (`Angle` fields are read through the
+`*_rad` properties).
 """
 
-import itertools
-from math import pi, radians, tan
+from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    field_validator,
-    model_validator,
+from pydantic import Field, field_validator, model_validator
+
+from simcore.config.robotic_lift import RoboticLift
+from simcore.config.sling_lift import SlingLift
+from simcore.config.values import (
+    Direction,
+    Finite,
+    NotNegative,
+    Positive,
+    Strict,
+    Vector,
+    Whole,
 )
-from pydantic_core import PydanticCustomError
-
-
-def _not_bool_or_text(value: object) -> object:
-    if isinstance(value, bool | str):
-        raise PydanticCustomError("whole_number_type", "not a whole number")
-    return value
-
-
-def _not_zero(vector: tuple) -> tuple:
-    if not any(vector):
-        raise ValueError("is [0, 0, 0]; accepted: a direction")
-    return vector
-
-
-# A quoted number, `yes` and `true` are mistakes, not numbers; 5.0, as in a range, is a whole one.
-Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Positive = Annotated[Finite, Field(gt=0)]
-NotNegative = Annotated[Finite, Field(ge=0)]
-Whole = BeforeValidator(_not_bool_or_text)
-Vector = tuple[Finite, Finite, Finite]
-Direction = Annotated[Vector, AfterValidator(_not_zero)]
+from simcore.config.yaml_file import read_yaml, shown, validate
+from simcore.errors import DesignError
 
 TRUNK_ANGLES = ("flexion", "lateral_bend", "rotation")
 LIMB_ANGLES = ("flexion", "abduction", "rotation")
@@ -59,12 +43,6 @@ JOINT_ANGLES = {
 
 PAIRED_JOINTS = ("shoulder", "elbow", "wrist", "hip", "knee", "ankle", "toe")
 """Joints with a left and a right."""
-
-
-class Strict(BaseModel):
-    """A model that knows all of its keys."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class BodyDesign(Strict):
@@ -88,124 +66,19 @@ class BodyDesign(Strict):
     ] = 14_000
 
 
-CORNER_RADIUS_MIN = 0.005
-"""Least radius of the corner between a raised seat and its backrest [m]: about a grid spacing."""
+DEVICES = {"robotic_lift": RoboticLift, "sling_lift": SlingLift}
+"""Kind of device → its model."""
+
+DeviceDesign = Annotated[RoboticLift | SlingLift, Field(discriminator="kind")]
 
 
-class SeatAndBackrest(Strict):
-    """A seat and a reclined backrest joined by a fillet, one slab of even thickness.
-
-    Both may be dished: flat in the middle, raised at their sides.
-    """
-
-    shape: Annotated[Literal["seat_and_backrest"], Field(description="parametric surface")]
-    seat_depth_m: Annotated[Positive, Field(description="seat, from its front to the backrest")]
-    backrest_height_m: Annotated[Positive, Field(description="backrest, along its slope")]
-    width_m: Annotated[Positive, Field(description="seat and backrest, left to right")]
-    recline_deg: Annotated[
-        Finite, Field(ge=-10, le=85, description="backrest from the normal of the seat, backwards")
-    ]
-    fillet_radius_m: Annotated[
-        Positive, Field(description="radius of the corner and of the front edge")
-    ]
-    thickness_m: Annotated[Positive, Field(description="thickness of the slab")]
-    dish_depth_m: Annotated[
-        Finite, Field(ge=0, le=0.2, description="rise of the sides over the middle")
-    ]
-    vertex_count: Annotated[
-        int, Field(ge=500, le=500_000, description="contact points, about"), Whole
-    ]
-
-    @property
-    def recline_rad(self) -> float:
-        """Backrest recline [rad]."""
-        return radians(self.recline_deg)
-
-    @model_validator(mode="after")
-    def _fillets_fit(self):
-        # The corner, rounded in the middle and raised at the sides, takes its share of seat and
-        # backrest; the front edge takes a radius of the seat.
-        share = tan((pi / 2 - self.recline_rad) / 2)
-        corner = share * max(self.fillet_radius_m, self.dish_depth_m + CORNER_RADIUS_MIN)
-        for name, needed in (
-            ("seat_depth_m", corner + self.fillet_radius_m), ("backrest_height_m", corner)
-        ):
-            if getattr(self, name) <= needed:
-                raise ValueError(
-                    f"{name} must exceed the {needed:.3f} m that fillet_radius_m and dish_depth_m "
-                    "take of it"
-                )
-        if self.thickness_m >= self.fillet_radius_m:
-            raise ValueError("thickness_m must be less than fillet_radius_m")
-        return self
-
-
-class MeshSurface(Strict):
-    """A surface from CAD (STL, OBJ, PLY …), resampled to an even vertex spacing."""
-
-    shape: Annotated[Literal["mesh"], Field(description="surface from a file")]
-    file: Annotated[str, Field(description="path of the mesh, from the folder above designs/")]
-    unit: Annotated[Literal["m", "cm", "mm"], Field(description="length unit of the file")]
-    recline_deg: Annotated[
-        Finite, Field(ge=-10, le=90, description="recline of the trunk that the mesh supports")
-    ]
-    vertex_count: Annotated[
-        int, Field(ge=500, le=500_000, description="contact points, about"), Whole
-    ]
-
-    @property
-    def recline_rad(self) -> float:
-        """Trunk recline [rad]."""
-        return radians(self.recline_deg)
-
-
-class Keyframe(Strict):
-    """Where the device stands at a time."""
-
-    time_s: Annotated[NotNegative, Field(description="time after settling")]
-    translation_m: Annotated[Finite, Field(description="along translation_axis")]
-    rotation_deg: Annotated[Finite, Field(description="about rotation_axis")]
-
-
-class MotionProgram(Strict):
-    """The two degrees of freedom of the robotic lift, from keyframe to keyframe."""
-
-    translation_axis: Annotated[Direction, Field(description="direction in the world")]
-    rotation_axis: Annotated[Direction, Field(description="direction in the world")]
-    rotation_point_m: Annotated[Vector, Field(description="a point of the axis, device frame")]
-    keyframes: Annotated[
-        tuple[Keyframe, ...],
-        Field(min_length=2, description="places the device passes, at rest in each"),
-    ]
-
-    @model_validator(mode="after")
-    def _in_order(self):
-        times = [keyframe.time_s for keyframe in self.keyframes]
-        if times[0] != 0 or any(b <= a for a, b in itertools.pairwise(times)):
-            raise ValueError("keyframes must start at time_s 0 and rise in time")
-        return self
-
-
-class RoboticLift(Strict):
-    """A rigid support moved in two degrees of freedom: designs/devices/NAME.yaml."""
-
-    kind: Annotated[Literal["robotic_lift"], Field(description="kind of device")]
-    support_angle_deg: Annotated[
-        Finite, Field(ge=-30, le=60, description="inclination of the whole support, front edge up")
-    ]
-    surface: Annotated[
-        SeatAndBackrest | MeshSurface,
-        Field(discriminator="shape", description="what carries the body"),
-    ]
-    motion: Annotated[MotionProgram, Field(description="how the device moves")]
-
-    @property
-    def support_angle_rad(self) -> float:
-        """Inclination of the whole support [rad]."""
-        return radians(self.support_angle_deg)
-
-
-DeviceDesign = RoboticLift
+def read_device(path: Path) -> RoboticLift | SlingLift:
+    """Return the validated device in a YAML file, of the kind that it says it is."""
+    data = read_yaml(path)
+    kind = data.get("kind")
+    if kind not in DEVICES:
+        raise DesignError(f"{shown(path)}: kind: is {kind}; accepted: {', '.join(DEVICES)}")
+    return validate(DEVICES[kind], data, shown(path))
 
 
 class Placement(Strict):
@@ -292,6 +165,76 @@ class PenaltyContact(Strict):
     initial_penetration_limit_m: Annotated[Positive, Field(description="a deeper start is refused")]
 
 
+class SelfContact(Strict):
+    """Penalty between parts of the body, each a capsule (Eq. 13)."""
+
+    flesh_modulus_pa: Annotated[
+        Positive, Field(description="stiffness of a pair over the thinner part's diameter")
+    ]
+    damping_time_s: Annotated[NotNegative, Field(description="damping over stiffness")]
+
+
+class SheetPenalty(Strict):
+    """The paper's contact at each sheet vertex (Eqs. 6 and 7): results change with the mesh."""
+
+    law: Annotated[Literal["penalty"], Field(description="one spring a sheet vertex")]
+    stiffness_n_per_m: Annotated[Positive, Field(description="k_contact, per sheet vertex")]
+    damping_ns_per_m: Annotated[NotNegative, Field(description="normal damping, per contact")]
+    friction_force_n: Annotated[NotNegative, Field(description="F_c, per contact")]
+    friction_velocity_m_per_s: Annotated[Positive, Field(description="threshold ε")]
+
+
+class SheetFoundation(Strict):
+    """Pressure as a function of depth, and friction that sticks (Eqs. S5, S6 and S12)."""
+
+    law: Annotated[Literal["foundation"], Field(description="pressure over depth")]
+    flesh_modulus_pa: Annotated[
+        Positive, Field(description="E of the flesh: pressure over strain, where it is small")
+    ]
+    flesh_thickness_m: Annotated[
+        Positive, Field(description="of the flesh; less where a limb is thinner")
+    ]
+    damping_time_s: Annotated[
+        NotNegative, Field(description="normal damping over stiffness")
+    ]
+    friction_coefficient: Annotated[NotNegative, Field(description="µ of skin and sheet")]
+
+
+class ExplicitSheet(Strict):
+    """Explicit sub-steps, contact implicit on the vertex."""
+
+    kind: Annotated[Literal["explicit"], Field(description="sub-steps on the grid of the net")]
+    substep_s: Annotated[
+        Positive | None, Field(description="length of a sub-step; none: the longest that is safe")
+    ] = None
+
+
+class LiuSheet(Strict):
+    """Backward Euler by local and global steps (Liu et al. 2013), the paper's method."""
+
+    kind: Annotated[Literal["liu"], Field(description="local and global steps")]
+    tolerance: Annotated[
+        Finite, Field(gt=0, le=0.1, description="change of an iteration over that of the step")
+    ]
+
+
+class SheetMethod(Strict):
+    """How a sheet is simulated."""
+
+    step_s: Annotated[
+        Finite,
+        Field(gt=0, le=0.02, description="sheet and body exchange forces so often, a whole number "
+              "of steps of the body"),
+    ]
+    solver: Annotated[
+        ExplicitSheet | LiuSheet, Field(discriminator="kind", description="what moves the sheet")
+    ]
+    contact: Annotated[
+        SheetFoundation | SheetPenalty,
+        Field(discriminator="law", description="what skin and bed do to the sheet"),
+    ]
+
+
 class Settling(Strict):
     """The time before the device moves, in which the body comes to rest on it."""
 
@@ -316,13 +259,33 @@ class Method(Strict):
     record_rate_hz: Annotated[
         Finite, Field(ge=1, le=1000, description="frames kept of each simulated second")
     ]
+    sensor_pitch_m: Annotated[
+        Finite, Field(ge=0.005, le=0.1, description="edge of the cells that pressure is told over")
+    ] = 0.025
     hold_s: Annotated[NotNegative, Field(description="time simulated after the last keyframe")]
     stop_after_fall_s: Annotated[
         NotNegative, Field(description="time simulated after the body has fallen")
     ]
     settling: Annotated[Settling, Field(description="the time before the device moves")]
     joints: Annotated[Joints, Field(description="gains of the joints")]
-    contact: Annotated[PenaltyContact, Field(description="contact of skin and device")]
+    contact: Annotated[PenaltyContact, Field(description="contact of skin and rigid device")]
+    self_contact: Annotated[
+        SelfContact | None, Field(description="contact of body parts; none: they pass through")
+    ] = None
+    sheet: Annotated[
+        SheetMethod | None, Field(description="the sheet of a sling lift; none: no sling lift")
+    ] = None
+
+    @model_validator(mode="after")
+    def _sheet_keeps_step(self):
+        if self.sheet:
+            steps = self.sheet.step_s / self.time_step_s
+            if abs(steps - round(steps)) > 1e-6 or steps < 0.5:
+                raise ValueError(
+                    f"sheet.step_s is {self.sheet.step_s:g}; accepted: a whole number of "
+                    f"time_step_s, {self.time_step_s:g}"
+                )
+        return self
 
 
 class Design(Strict):
@@ -332,3 +295,9 @@ class Design(Strict):
     body: BodyDesign
     posture: Posture
     method: Method
+
+    @model_validator(mode="after")
+    def _sheet_has_a_method(self):
+        if isinstance(self.device, SlingLift) and self.method.sheet is None:
+            raise ValueError("method.sheet is missing; accepted: a method that has one")
+        return self

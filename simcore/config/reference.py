@@ -12,12 +12,12 @@ from pydantic import BaseModel
 
 from simcore.config.accepted import accepted, resolved, schema_of
 from simcore.config.designs import (
+    DEVICES,
     JOINT_ANGLES,
     PAIRED_JOINTS,
     BodyDesign,
     Method,
     Posture,
-    RoboticLift,
 )
 from simcore.config.study import StudyFile
 from simcore.config.units import units_of_key
@@ -26,7 +26,7 @@ BEGIN, END = "<!-- keys: generated -->", "<!-- keys: end -->"
 
 FILES = {
     "study": (StudyFile, "config/NAME.yaml"),
-    "device": (RoboticLift, "designs/devices/NAME.yaml"),
+    **{kind: (model, "designs/devices/NAME.yaml") for kind, model in DEVICES.items()},
     "body": (BodyDesign, "designs/bodies/NAME.yaml"),
     "posture": (Posture, "designs/postures/NAME.yaml"),
     "method": (Method, "designs/methods/NAME.yaml"),
@@ -50,7 +50,8 @@ def key_tables() -> str:
     """Return the tables of all keys as Markdown."""
     parts = []
     for kind, (model, place) in FILES.items():
-        parts += [f"### {kind.capitalize()}: `{place}`", "", *_table(model), ""]
+        title = kind.replace("_", " ").capitalize()
+        parts += [f"### {title}: `{place}`", "", *_table(model), ""]
         if model is Posture:
             parts += [*_joint_table(), ""]
     return "\n".join(parts).rstrip() + "\n"
@@ -81,19 +82,30 @@ def _rows(node: dict, root: dict, prefix: str, condition: str) -> Iterator[tuple
     for key, value in node["properties"].items():
         value = resolved(value, root)
         path = f"{prefix}{key}"
-        variants = value.get("discriminator", {}).get("mapping", {})
-        if variants:
-            for tag, reference in sorted(variants.items()):
-                inner = resolved({"$ref": reference}, root)
-                name = value["discriminator"]["propertyName"]
-                yield from _rows(inner, root, f"{path}.", f"{name}: {tag}")
-        elif "properties" in value:
-            yield from _rows(value, root, f"{path}.", condition)
-        elif "properties" in (item := resolved(value.get("items", {}), root)):
-            yield _row(path, value, root, key in required, condition)
-            yield from _rows(item, root, f"{path}.N.", condition)
-        else:
-            yield _row(path, value, root, key in required, condition)
+        item = resolved(value.get("items", {}), root)
+        optional = [each for each in value.get("anyOf", []) if "$ref" in each]
+        if _has_keys(value):
+            yield from _rows_of_model(value, root, f"{path}.", condition)
+            continue
+        yield _row(path, value, root, key in required, condition)
+        if _has_keys(item):
+            yield from _rows_of_model(item, root, f"{path}.N.", condition)
+        for each in optional:
+            yield from _rows_of_model(resolved(each, root), root, f"{path}.", condition)
+
+
+def _has_keys(node: dict) -> bool:
+    return "properties" in node or "discriminator" in node
+
+
+def _rows_of_model(node: dict, root: dict, prefix: str, condition: str) -> Iterator[tuple]:
+    """Yield the rows of a model, or of each variant of a tagged union."""
+    if "discriminator" not in node:
+        yield from _rows(node, root, prefix, condition)
+        return
+    name = node["discriminator"]["propertyName"]
+    for tag, reference in sorted(node["discriminator"]["mapping"].items()):
+        yield from _rows(resolved({"$ref": reference}, root), root, prefix, f"{name}: {tag}")
 
 
 def _row(path: str, value: dict, root: dict, required: bool, condition: str) -> tuple:

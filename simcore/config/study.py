@@ -20,19 +20,10 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from simcore.config.designs import (
-    BodyDesign,
-    Design,
-    Finite,
-    MeshSurface,
-    Method,
-    Positive,
-    Posture,
-    RoboticLift,
-    Strict,
-    Whole,
-)
+from simcore.config.designs import BodyDesign, Design, Method, Posture, read_device
 from simcore.config.paths import resolve_path, set_value
+from simcore.config.robotic_lift import MeshSurface, RoboticLift
+from simcore.config.values import Finite, Positive, Strict, Whole
 from simcore.config.yaml_file import read_design, read_yaml, shown, validate
 from simcore.errors import DesignError
 
@@ -116,7 +107,9 @@ class StudyFile(Strict):
     """A study as written: config/NAME.yaml."""
 
     title: Annotated[str, Field(min_length=1, description="one line, heads the report")]
-    device: Annotated[str, Field(description="name under designs/devices")]
+    devices: Annotated[
+        tuple[str, ...], Field(min_length=1, description="names under designs/devices")
+    ]
     bodies: Annotated[
         tuple[str, ...], Field(min_length=1, description="names under designs/bodies")
     ]
@@ -137,11 +130,11 @@ class StudyFile(Strict):
         Field(description="candidates that one process simulates; none: chosen"),
     ] = None
 
-    @field_validator("bodies")
+    @field_validator("devices", "bodies")
     @classmethod
-    def _bodies_differ(cls, bodies):
-        _refuse_repeated(bodies, "")
-        return bodies
+    def _names_differ(cls, names):
+        _refuse_repeated(names, "")
+        return names
 
     @field_validator("axes")
     @classmethod
@@ -175,7 +168,7 @@ class Candidate:
     id : str
         Digest of the design's content; equal designs have equal ids in every study.
     coordinates : dict
-        Its place in the study: axis name → value, `body` first.
+        Its place in the study: axis name → value, `body` first, then `device` if several.
     design : Design
     """
 
@@ -195,7 +188,8 @@ class Study:
     root : Path
         Folder that holds designs/.
     axes : dict
-        Axis name → values, `body` first; the dimensions of the dataset.
+        Axis name → values, `body` first, then `device` if there are several; the dimensions of
+        the dataset.
     axis_paths : dict
         Axis name → full path in the design.
     candidates : tuple of Candidate
@@ -225,7 +219,7 @@ def load_study(path: Path, replace: dict[str, Scalar] | None = None) -> Study:
         YAML file of the study.
     replace : dict, optional
         Values by path that take precedence over the file; a replaced axis is no longer an axis.
-        `body` replaces the list of bodies.
+        `body` and `device` replace the lists of bodies and devices.
 
     Raises
     ------
@@ -235,15 +229,15 @@ def load_study(path: Path, replace: dict[str, Scalar] | None = None) -> Study:
     path = Path(path)
     file = validate(StudyFile, read_yaml(path), shown(path))
     replace = dict(replace or {})
-    if "body" in replace:
-        file = file.model_copy(update={"bodies": (str(replace.pop("body")),)})
+    for name, key in (("body", "bodies"), ("device", "devices")):
+        if name in replace:
+            file = file.model_copy(update={key: (str(replace.pop(name)),)})
     root = _root_of(path)
     trees = _trees(file, root, path)
-    a_tree = next(iter(trees.values()))
 
-    replaced = _paths(a_tree, replace, "--set", "--set ")
-    settings = _paths(a_tree, file.set, f"{shown(path)}: set", f"{shown(path)}: set.")
-    axes = _paths(a_tree, file.axes, f"{shown(path)}: axes", f"{shown(path)}: axes.")
+    replaced = _paths_in_all(trees, replace, "--set", "--set ")
+    settings = _paths_in_all(trees, file.set, f"{shown(path)}: set", f"{shown(path)}: set.")
+    axes = _paths_in_all(trees, file.axes, f"{shown(path)}: axes", f"{shown(path)}: axes.")
     for full in settings.keys() & axes.keys() - replaced.keys():
         raise DesignError(f"{settings[full][1]}: is also an axis; accepted: one of the two")
     settings = {full: settings[full] for full in settings if full not in replaced} | replaced
@@ -258,7 +252,8 @@ def load_study(path: Path, replace: dict[str, Scalar] | None = None) -> Study:
     axes = {full: axes[full] for full in axes if full not in replaced}
     names = _axis_names(list(axes))
     values = {names[full]: file.axis_values[key] for full, (key, _) in axes.items()}
-    values = {"body": file.bodies} | values
+    devices = {"device": file.devices} if len(file.devices) > 1 else {}
+    values = {"body": file.bodies} | devices | values
     count = math.prod(map(len, values.values()))
     if count > CANDIDATES_MAX:
         raise DesignError(
@@ -268,26 +263,44 @@ def load_study(path: Path, replace: dict[str, Scalar] | None = None) -> Study:
     mesh_digests = {}
     candidates = []
     for point in itertools.product(*values.values()):
-        tree = trees[point[0]]  # a design shares nothing with it, and every point sets every axis
-        for full, value in zip(axes, point[1:], strict=True):
-            set_value(tree, full, value)
+        place = dict(zip(values, point, strict=True))
+        # A design shares nothing with its tree, and every point sets every axis.
+        tree = trees[place["body"], place.get("device", file.devices[0])]
+        for full in axes:
+            set_value(tree, full, place[names[full]])
         design = validate(Design, tree, path, written_at)
         content = _content_id(design, root, mesh_digests, path)
-        candidates.append(Candidate(content, dict(zip(values, point, strict=True)), design))
-    axis_paths = {"body": "body"} | {names[full]: full for full in axes}
+        candidates.append(Candidate(content, place, design))
+    axis_paths = {name: name for name in ("body", *devices)}
+    axis_paths |= {names[full]: full for full in axes}
     return Study(path.stem, path, root, file, values, axis_paths, tuple(candidates))
 
 
-def _trees(file: StudyFile, root: Path, path: Path) -> dict[str, dict]:
-    """Return the design of each body as nested mappings."""
-    device = _read_design(RoboticLift, root, "devices", file.device, path)
-    posture = _read_design(Posture, root, "postures", file.posture, path)
-    method = _read_design(Method, root, "methods", file.method, path)
-    bodies = {name: _read_design(BodyDesign, root, "bodies", name, path) for name in file.bodies}
+def _trees(file: StudyFile, root: Path, path: Path) -> dict[tuple[str, str], dict]:
+    """Return the design of each body and device as nested mappings."""
+    devices = {name: _read_design(root, "devices", name, path) for name in file.devices}
+    posture = _read_design(root, "postures", file.posture, path)
+    method = _read_design(root, "methods", file.method, path)
+    bodies = {name: _read_design(root, "bodies", name, path) for name in file.bodies}
     return {
-        name: Design(device=device, body=body, posture=posture, method=method).model_dump()
+        (name, of): validate(
+            Design, {"device": device, "body": body, "posture": posture, "method": method}, path
+        ).model_dump()
         for name, body in bodies.items()
+        for of, device in devices.items()
     }
+
+
+def _paths_in_all(trees: dict, keys, source: str, prefix: str) -> dict[str, tuple[str, str]]:
+    """Return what `_paths` does, for keys that lead to the same place in every tree."""
+    found = [_paths(tree, keys, source, prefix) for tree in trees.values()]
+    for (_, device), other in zip(trees, found, strict=True):
+        for full in found[0].keys() - other.keys():
+            raise DesignError(
+                f"{found[0][full][1]}: is {full} in one device, another path in {device}; "
+                f"accepted: the full path of a key that all have"
+            )
+    return found[0]
 
 
 def _paths(tree: dict, keys, source: str, prefix: str) -> dict[str, tuple[str, str]]:
@@ -308,13 +321,17 @@ def _root_of(path: Path) -> Path:
     raise DesignError(f"{shown(path)}: no folder designs/ beside or above it")
 
 
-def _read_design(model, root: Path, kind: str, name: str, study: Path):
+MODELS = {"bodies": BodyDesign, "postures": Posture, "methods": Method}
+"""Folder under designs/ → what its files hold; a device says itself what it is."""
+
+
+def _read_design(root: Path, kind: str, name: str, study: Path):
     file = root / "designs" / kind / f"{name}.yaml"
     if not file.is_file():
         known = ", ".join(sorted(each.stem for each in file.parent.glob("*.yaml"))) or "none"
-        key = {"devices": "device", "postures": "posture", "methods": "method"}.get(kind, kind)
+        key = {"postures": "posture", "methods": "method"}.get(kind, kind)
         raise DesignError(f"{shown(study)}: {key}: no {file.relative_to(root)}; accepted: {known}")
-    return read_design(model, file)
+    return read_design(MODELS[kind], file) if kind in MODELS else read_device(file)
 
 
 def _axis_names(paths: list[str]) -> dict[str, str]:
@@ -329,8 +346,9 @@ def _axis_names(paths: list[str]) -> dict[str, str]:
 def _content_id(design: Design, root: Path, mesh_digests: dict, study: Path) -> str:
     """Digest of everything that decides the outcome, the bytes of a mesh file included."""
     content = json.dumps(design.model_dump(mode="json"), sort_keys=True)
-    surface = design.device.surface
-    if isinstance(surface, MeshSurface):
+    device = design.device
+    if isinstance(device, RoboticLift) and isinstance(device.surface, MeshSurface):
+        surface = device.surface
         if surface.file not in mesh_digests:
             mesh = root / surface.file
             if not mesh.is_file():

@@ -10,7 +10,7 @@ from simcore.contact.neighbours import to_world, vertex_normal
 def penalty_forces(
     rows, offsets, candidates, listed, vertices, velocities, ring_offsets, ring_next,
     device_vertices, rotation, position, linear_velocity, angular_velocity, stiffness, damping,
-    friction_force, friction_velocity, search_radius, force, normal_force,
+    friction_force, friction_velocity, search_radius, force, normal_force, point_force,
 ):
     """Write the contact force on each listed skin vertex.
 
@@ -42,6 +42,8 @@ def penalty_forces(
         On the skin, world axes [N]; overwritten where listed.
     normal_force : (n,) float64
         Its normal part, as a pressure would have it [N]; overwritten where listed.
+    point_force : (N,) float64
+        The same on each device vertex [N]; overwritten where in `rows`.
 
     Returns
     -------
@@ -63,6 +65,7 @@ def penalty_forces(
     depth_max = 0.0
     deepest = -1
     for r in range(rows.size):
+        point_force[rows[r]] = 0.0
         px, py, pz = to_world(device_vertices, rows[r], rotation, position)
         nearest = np.inf
         i = -1
@@ -105,4 +108,5 @@ def penalty_forces(
         force[i, 1] -= normal * ny + friction * ty
         force[i, 2] -= normal * nz + friction * tz
         normal_force[i] += normal
+        point_force[rows[r]] = normal
     return contact_count, depth_max, deepest

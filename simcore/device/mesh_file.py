@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from simcore.config.designs import MeshSurface
+from simcore.config.robotic_lift import MeshSurface
 from simcore.device.surface import Surface
 from simcore.errors import DesignError
 
@@ -42,7 +42,11 @@ def surface_from_file(design: MeshSurface, root: Path) -> Surface:
         )
     points = _even_points(mesh, design.vertex_count)
     return Surface(
-        np.array(mesh.vertices), mesh.faces.astype(np.int32), points, design.recline_rad
+        vertices=np.array(mesh.vertices),
+        faces=mesh.faces.astype(np.int32),
+        contact_points=points,
+        spacing=float(np.sqrt(mesh.area / len(points))),
+        recline=design.recline_rad,
     )
 
 

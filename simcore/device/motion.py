@@ -1,4 +1,4 @@
-"""The motion program of a rigid device: keyframes → pose and velocity at any time."""
+"""The motion program of a device: keyframes → pose and velocity at any time."""
 
 from bisect import bisect_right
 from dataclasses import dataclass
@@ -8,12 +8,12 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.spatial.transform import Rotation
 
-from simcore.config.designs import MotionProgram
+from simcore.config.motion import MotionProgram
 
 
 @dataclass(frozen=True, eq=False)
 class DeviceState:
-    """Pose and velocity of a rigid device.
+    """Pose and velocity of a rigid device or of a spreader bar.
 
     Attributes
     ----------
@@ -31,6 +31,10 @@ class DeviceState:
     position: np.ndarray
     linear_velocity: np.ndarray
     angular_velocity: np.ndarray
+
+
+STILL = DeviceState(np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3))
+"""Of what stands still in the world frame."""
 
 
 class Motion:

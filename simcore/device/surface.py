@@ -9,7 +9,7 @@ from math import cos, sin, tan
 
 import numpy as np
 
-from simcore.config.designs import CORNER_RADIUS_MIN, SeatAndBackrest
+from simcore.config.robotic_lift import CORNER_RADIUS_MIN, SeatAndBackrest
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +24,8 @@ class Surface:
         Counter-clockwise seen from outside.
     contact_points : (N, 3) float64
         Evenly spaced points of the surface, device frame [m]: the p_k of the paper.
+    spacing : float
+        Distance between neighbouring contact points [m].
     recline : float
         Recline of the trunk that the surface supports [rad].
     """
@@ -31,7 +33,20 @@ class Surface:
     vertices: np.ndarray
     faces: np.ndarray
     contact_points: np.ndarray
+    spacing: float
     recline: float
+
+
+def mat_coordinates(surface: Surface) -> np.ndarray:
+    """Return where each contact point lies on a mat over seat and backrest (N, 2) [m].
+
+    The mat is hinged at the origin: its x counts forward along the seat from there, and negative
+    up the backrest; y is the device's.
+    """
+    points, recline = surface.contact_points, surface.recline
+    along_back = cos(recline) * points[:, 2] - sin(recline) * points[:, 0]
+    along = np.where(points[:, 0] >= along_back, points[:, 0], -along_back)
+    return np.column_stack([along, points[:, 1]])
 
 
 def seat_and_backrest(design: SeatAndBackrest) -> Surface:
@@ -62,7 +77,7 @@ def seat_and_backrest(design: SeatAndBackrest) -> Surface:
             upper[here], normal[here] = each.at(share[here] * each.length)
     side = upper - (grid[:, 2] * thickness)[:, None] * normal
     vertices = np.column_stack([side[:, 0], sideways, side[:, 1]])
-    return Surface(vertices, faces, vertices, design.recline_rad)
+    return Surface(vertices, faces, vertices, spacing, design.recline_rad)
 
 
 def _profile(design: SeatAndBackrest, rise: float) -> tuple["_Piece", ...]:

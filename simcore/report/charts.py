@@ -26,6 +26,17 @@ MARGIN_SCALE = (
 )
 """Orange where the body fell, purple where margin is left (ColorBrewer PuOr)."""
 
+NOTES = {
+    "fall_margin": "1: did not move on its support; 0: about to fall. Below 0 it fell, the lower "
+    "the earlier.",
+    "topple_margin": "How far the upper body leans back over the hips at the least: at 0° nothing "
+    "but the stiffness of the joints keeps it from tipping forward; at 90° it lies.",
+    "peak_pressure": "Highest pressure over a sensor's cell of skin, until the end or the fall.",
+    "peak_edge_distance": "Where the mat reads most at rest: how far from the hem of the sheet.",
+    "peak_strap_force": "Greatest tension of any strap.",
+}
+"""Metric of each chart → what a reader must know; left out where no candidate has the metric."""
+
 REGION_SHARE_MIN = 0.02
 """Regions whose pressure never reaches this share of the study's peak are left out."""
 
@@ -88,16 +99,7 @@ def charts_of(ds: xr.Dataset) -> list[Chart]:
         return []
     part = slice_of(ds)
     charts = []
-    for name, note in (
-        ("fall_margin",
-         "1: did not move on its support; 0: about to fall. Below 0 it fell, the lower the "
-         "earlier."),
-        ("topple_margin",
-         "How far the upper body leans back over the hips at the least: at 0° nothing but the "
-         "stiffness of the joints keeps it from tipping forward."),
-        ("peak_pressure",
-         "Highest pressure over a 25 mm cell of skin, until the end or the fall."),
-    ):
+    for name, note in NOTES.items():
         if part.ds[name].isnull().all():
             continue
         figures = (
@@ -148,13 +150,14 @@ def _lines(part: Slice, name: str) -> go.Figure:
             hoverinfo="skip", showlegend=body is not None,
         )
         words = [f"{MARKS[verdict]} {verdict}" for verdict in told]
+        figures = [quantity.text(value) for value in row[name].values]
         figure.add_scatter(
             x=list(axis.shown), y=shown, name=body or "", mode="markers", showlegend=False,
             marker={"size": 10, "color": colour, "symbol": [MARKERS[v] for v in told]},
-            customdata=np.column_stack([words, [quantity.text(v) for v in row[name].values]]),
+            customdata=np.column_stack([words, figures, [axis.text(v) for v in axis.values]]),
             hovertemplate=(
-                f"%{{x}}{'' if axis.unit == '°' else ' '}{axis.unit}: "
-                "<b>%{customdata[1]}</b>, %{customdata[0]}<extra>%{fullData.name}</extra>"
+                "%{customdata[2]}: <b>%{customdata[1]}</b>, %{customdata[0]}"
+                "<extra>%{fullData.name}</extra>"
             ),
         )
     for verdict in (HELD, FELL):  # a legend of the symbols
@@ -163,10 +166,15 @@ def _lines(part: Slice, name: str) -> go.Figure:
             marker={"symbol": MARKERS[verdict], "color": "#888", "size": 10},
         )
     figure.update_xaxes(
-        title=axis.label, type="linear" if axis.numeric else "category", zeroline=False
+        title=axis.label, zeroline=False, exponentformat="none", separatethousands=True,
+        type="log" if axis.geometric else "linear" if axis.numeric else "category",
     )
-    figure.update_yaxes(title=quantity.label, zeroline=False)
-    _finish(figure, 380)
+    if axis.geometric:  # ticks of a logarithmic axis are few, and seldom where the values are
+        figure.update_xaxes(tickvals=axis.shown, ticktext=axis.ticks)
+    figure.update_yaxes(
+        title=quantity.label, zeroline=False, exponentformat="none", separatethousands=True
+    )
+    finish(figure, 380)
     if name == "fall_margin":
         _mark_fall(figure)
     else:
@@ -218,7 +226,7 @@ def _heat_maps(part: Slice, name: str) -> dict[str, go.Figure]:
         )
         figure.update_xaxes(title=across.label, type="category", showgrid=False)
         figure.update_yaxes(title=down.label, type="category", showgrid=False)
-        figures[body] = _finish(figure, 130 + 36 * max(len(down.values), 5))
+        figures[body] = finish(figure, 130 + 36 * max(len(down.values), 5))
     return figures
 
 
@@ -248,7 +256,7 @@ def _region_maps(part: Slice) -> dict[str, go.Figure]:
         )
         figure.update_xaxes(title=axis.label, type="category", showgrid=False)
         figure.update_yaxes(showgrid=False, ticksuffix=" ")
-        figures[body] = _finish(figure, 110 + 24 * max(int(pressed.sum()), 6))
+        figures[body] = finish(figure, 110 + 24 * max(int(pressed.sum()), 6))
     return figures
 
 
@@ -262,7 +270,8 @@ def _colour_bar(quantity: Quantity) -> dict:
     return {"title": title, "thickness": 12, "outlinewidth": 0}
 
 
-def _finish(figure: go.Figure, height: int) -> go.Figure:
+def finish(figure: go.Figure, height: int) -> go.Figure:
+    """Give a figure what all have in common, and its height [pixel]; return it."""
     figure.update_layout(
         template="none",
         height=height,

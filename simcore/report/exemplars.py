@@ -9,6 +9,7 @@ from simcore.report.verdicts import (
     FAILED,
     best_candidate,
     best_design,
+    gentlest_candidate,
     threshold_of,
     verdicts_of,
 )
@@ -26,7 +27,8 @@ def choose_exemplars(ds: xr.Dataset, at_most: int = 8) -> list[Exemplar]:
     """Return the candidates to show, in the order of the study; none of them failed.
 
     Wanted for each body, the first of these the most: either side of the fall threshold, the
-    largest fall margin, and both ends of each axis with the other axes as in the best design.
+    largest fall margin, the lowest peak pressure, and both ends of each axis with the other axes as
+    in the best design.
     Bodies take turns, so that none is left out for another's lesser wishes.
     """
     anchor = best_design(ds)
@@ -73,6 +75,9 @@ def _wishes(ds: xr.Dataset, axes: tuple[Axis, ...], anchor: dict, body: str) -> 
     best = best_candidate(ds, body)
     if best is not None:
         wishes.append(("largest fall margin of this body", best))
+    gentlest = gentlest_candidate(ds, body)
+    if gentlest is not None:
+        wishes.append(("lowest peak pressure of this body", gentlest))
     for axis in axes:
         if axis.numeric and len(axis.values) > 1:
             for word, end in (("lowest", min(axis.values)), ("highest", max(axis.values))):

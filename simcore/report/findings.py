@@ -13,6 +13,7 @@ from simcore.report.verdicts import (
     best_candidate,
     best_design,
     gentlest_candidate,
+    gentlest_design,
     holds_every_body,
     threshold_axis,
     threshold_of,
@@ -20,9 +21,11 @@ from simcore.report.verdicts import (
 )
 
 CAVEAT = (
-    "Pressures compare designs within this study, computed over 25 mm cells of a skin without "
-    "tissue below it; they are no measure of clinical risk."
+    "Pressures compare designs within this study, computed over the cells of a sensor on a body "
+    "without bones or layers of tissue; they are no measure of clinical risk."
 )
+
+_PRESSURE = QUANTITIES["peak_pressure"]
 
 
 def headline(ds: xr.Dataset) -> str:
@@ -35,7 +38,8 @@ def headline(ds: xr.Dataset) -> str:
     bodies = ds.sizes["body"]
     whom = "the body" if bodies == 1 else "both bodies" if bodies == 2 else f"all {bodies} bodies"
     if held == total:
-        return f"{_all(total).capitalize()} held {'its' if total == 1 else 'their'} body."
+        whose = "its" if total == 1 else "their"
+        return f"{_all(total).capitalize()} held {whose} body{_pressed_least(ds)}."
     if not held:
         failed = f"; {counts[FAILED]} failed" if counts[FAILED] else ""
         return f"No design holds {'the body' if bodies == 1 else 'any body'}: " + (
@@ -48,8 +52,10 @@ def headline(ds: xr.Dataset) -> str:
     designs = f"{int(good.sum())} of {good.size} designs hold {whom}"
     if axis is not None and good.dims == (axis.name,):
         values = sorted(value for value, ok in zip(axis.values, good.values, strict=True) if ok)
-        return f"{axis.title.capitalize()} {_listed(axis, values)} holds {whom}."
-    return f"{designs}; the largest margin is at {_design_text(ds, best_design(ds))}."
+        which = f"{axis.title.capitalize()} {_listed(axis, values)}"
+        return f"{which} holds {whom}{_pressed_least(ds)}."
+    best = _design_text(ds, best_design(ds))
+    return f"{designs}; the largest margin is at {best}{_pressed_least(ds)}."
 
 
 def body_findings(ds: xr.Dataset) -> list[dict]:
@@ -102,9 +108,9 @@ def _body_sentence(ds: xr.Dataset, axes: tuple[Axis, ...], body: str, threshold)
         parts.append(f"Nearest to holding is {place}: it {fall_reason(figures)}.")
         return " ".join(parts)
     if not place:
-        pressure = QUANTITIES["peak_pressure"].text(figures["peak_pressure"].item())
-        return f"It {fall_reason(figures)}; the peak pressure is {pressure}."
-    pressure = QUANTITIES["peak_pressure"].text
+        pressure = _PRESSURE.text(figures["peak_pressure"].item())
+        return f"It {fall_reason(figures)}; the peak pressure is {pressure}.{_on_the_bed(figures)}"
+    pressure = _PRESSURE.text
     parts.append(
         f"Its largest fall margin is {figures['fall_margin'].item():.2f} at {place}, "
         f"with a peak pressure of {pressure(figures['peak_pressure'].item())}"
@@ -116,7 +122,28 @@ def _body_sentence(ds: xr.Dataset, axes: tuple[Axis, ...], body: str, threshold)
     else:
         low = pressure(ds.sel(gentlest)["peak_pressure"].item())
         parts[-1] += f"; pressed least is {_design_text(ds, gentlest)}, {low}."
-    return " ".join(parts)
+    return " ".join(parts) + _on_the_bed(figures)
+
+
+def _pressed_least(ds: xr.Dataset) -> str:
+    """Return which design presses least the body that it presses most, of those that hold all.
+
+    Empty where they all do alike, or only one is left.
+    """
+    peak = ds["peak_pressure"].max("body").where(holds_every_body(ds))
+    if len({_PRESSURE.text(value) for value in peak.values.ravel() if np.isfinite(value)}) < 2:
+        return ""
+    gentlest = gentlest_design(ds)
+    most = _PRESSURE.text(peak.sel(gentlest).item())
+    return f"; pressed least at {_design_text(ds, gentlest)}, with a peak of {most}"
+
+
+def _on_the_bed(figures: xr.Dataset) -> str:
+    """Return a sentence on the pressure in bed of one who hung in a sling; else nothing."""
+    if not np.isfinite(figures["peak_strap_force"].item()):
+        return ""
+    lying = _PRESSURE.text(figures["lying_peak_pressure"].item())
+    return f" Lying on the bed before the lift, the peak was {lying}."
 
 
 def _design_text(ds: xr.Dataset, coordinates: dict) -> str:

@@ -9,7 +9,6 @@ import numpy as np
 import xarray as xr
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
-from plotly.colors import sequential
 from plotly.io import to_html
 from plotly.offline import get_plotlyjs
 
@@ -17,12 +16,13 @@ from simcore.dataset import open_dataset
 from simcore.report.charts import Chart, charts_of, slice_of
 from simcore.report.exemplars import choose_exemplars
 from simcore.report.findings import CAVEAT, body_findings, fall_reason, headline
-from simcore.report.physics import EQUATIONS, constants_of, gains_of
+from simcore.report.physics import equations_of, tables_of
 from simcore.report.pictures import Gallery, take_pictures
-from simcore.report.quantities import QUANTITIES, axes_of, place_text
+from simcore.report.pressure_scale import colour_stops
+from simcore.report.quantities import QUANTITIES, axes_of, number_text, place_text
 from simcore.report.trust import (
-    COLUMNS,
     ROWS_MAX,
+    columns_of,
     fill_missing_metrics,
     trust_rows,
     trust_summary,
@@ -85,7 +85,7 @@ def _page(ds: xr.Dataset, galleries: list[Gallery], scale: float, missing: list[
         lstrip_blocks=True,
     )
     charts = charts_of(ds)
-    verdicts = verdicts_of(ds)
+    verdicts, rows = verdicts_of(ds), trust_rows(ds)
     return environment.get_template("template.html").render(
         title=ds.attrs.get("title", "Untitled study"),
         study=ds.attrs.get("study", ""),
@@ -101,12 +101,12 @@ def _page(ds: xr.Dataset, galleries: list[Gallery], scale: float, missing: list[
         missing=missing,
         trust=trust_summary(ds),
         axes=axes_of(ds),
-        columns=COLUMNS,
-        rows=trust_rows(ds),
+        columns=columns_of(ds),
+        rows=rows,
+        remarks=any(row.note and not row.empty for row in rows),
         rows_left_out=max(verdicts.size - ROWS_MAX, 0),
-        equations=EQUATIONS,
-        constants=constants_of(ds),
-        gains=gains_of(ds),
+        equations=equations_of(ds),
+        tables=tables_of(ds),
         versions=ds.attrs.get("versions", "not recorded").split(", "),
         source_digest=ds.attrs.get("source_digest", "not recorded"),
         config=ds.attrs.get("config", "not recorded"),
@@ -172,6 +172,7 @@ def _gallery(ds: xr.Dataset, gallery: Gallery) -> dict:
         "why": fall_reason(figures),
         "reasons": gallery.exemplar.reasons,
         "pictures": gallery.pictures,
+        "mat": gallery.mat and (gallery.mat, _figures_html(gallery.mat)),
         "missing": gallery.missing,
         "command": simulate_command(ds, coordinates),
     }
@@ -181,9 +182,10 @@ def _scale(end: float) -> dict | None:
     """Return the pressure colour bar: CSS gradient and tick labels [kPa]; None without pictures."""
     if not end:
         return None
+    stops = ", ".join(f"{colour} {100 * share:.3g}%" for share, colour in colour_stops())
     return {
-        "gradient": Markup(f"linear-gradient(to right, {', '.join(sequential.Viridis)})"),
-        "ticks": [f"{tick:g}" for tick in np.linspace(0, end * 1e-3, 3)],
+        "gradient": Markup(f"linear-gradient(to right, {stops})"),
+        "ticks": [number_text(tick) for tick in np.linspace(0, end * 1e-3, 3)],
     }
 
 

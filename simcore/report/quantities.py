@@ -29,7 +29,8 @@ class Quantity:
         """Return an SI value as shown, with its unit."""
         if not np.isfinite(value):
             return NOT_KNOWN
-        number = f"{self.factor * value:.{self.digits}f}".replace("-", "−")
+        number = f"{self.factor * value:,.{self.digits}f}"
+        number = number.replace("-", "−")
         return f"{number}{'' if self.unit == '°' else ' '}{self.unit}".rstrip()
 
 
@@ -37,11 +38,15 @@ QUANTITIES = {
     "fall_margin": Quantity("Fall margin", "", 1.0, 2),
     "topple_margin": Quantity("Topple margin", "°", float(np.degrees(1)), 1),
     "fall_time": Quantity("Time of fall", "s", 1.0, 2),
-    "slide_distance": Quantity("Slide of the pelvis", "mm", 1e3, 0),
+    "slide_distance": Quantity("Slide on the support", "mm", 1e3, 0),
     "peak_pressure": Quantity("Peak pressure", "kPa", 1e-3, 1),
+    "lying_peak_pressure": Quantity("Peak pressure before the start", "kPa", 1e-3, 1),
     "region_peak_pressure": Quantity("Peak pressure", "kPa", 1e-3, 1),
     "contact_area": Quantity("Contact area", "cm²", 1e4, 0),
     "support_force_ratio": Quantity("Support force over weight", "", 1.0, 3),
+    "support_force_spread": Quantity("Unsteadiness of the support force", "", 1.0, 3),
+    "peak_edge_distance": Quantity("Peak from the sheet's edge", "cm", 1e2, 0),
+    "peak_strap_force": Quantity("Greatest strap tension", "N", 1.0, 0),
     "max_penetration": Quantity("Deepest penetration", "mm", 1e3, 1),
     "joint_excursion": Quantity("Joint excursion", "°", float(np.degrees(1)), 0),
     "simulated_time": Quantity("Simulated time", "s", 1.0, 1),
@@ -50,8 +55,17 @@ QUANTITIES = {
 """Metrics in shown units."""
 
 SYMBOLS = {"degree": "°", "1": "", "N m-1": "N/m", "N s m-1": "N·s/m", "m s-1": "m/s",
-           "N m rad-1": "N·m/rad", "N m s rad-1": "N·m·s/rad", "year": "years"}
+           "Pa m-1": "Pa/m", "kg m-2": "kg/m²", "N m rad-1": "N·m/rad",
+           "N m s rad-1": "N·m·s/rad", "year": "years"}
 """Units of design keys as shown, where they differ from the CF spelling."""
+
+GROUPINGS = ("surface", "angles", "placement", "attachments")
+"""Keys of a design that only hold others together: left out where a path is put in words."""
+
+POWERS_FROM, POWERS_BELOW = 1e6, 1e-4
+"""Numbers so large, or smaller, are shown with a power of ten: 4·10⁶."""
+
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 @dataclass(frozen=True)
@@ -82,6 +96,11 @@ class Axis:
         return f"{title} [{self.unit}]" if self.unit else title
 
     @property
+    def geometric(self) -> bool:
+        """Whether the values span so much that a chart needs a logarithmic axis."""
+        return self.numeric and min(self.values) > 0 and max(self.values) >= 10 * min(self.values)
+
+    @property
     def shown(self) -> tuple:
         """The values in shown units: numbers, or texts of a categorical axis."""
         return tuple(self._number(value) if self.numeric else str(value) for value in self.values)
@@ -89,14 +108,14 @@ class Axis:
     @property
     def ticks(self) -> list[str]:
         """The values as texts without unit, for a chart that has the unit on its axis."""
-        return [f"{value:.6g}" if self.numeric else value for value in self.shown]
+        return [number_text(value) if self.numeric else value for value in self.shown]
 
     def text(self, value: object) -> str:
         """Return one value as shown, with its unit."""
         if not self.numeric:
             return str(value)
         gap = "" if self.unit == "°" else " "
-        return f"{self._number(value):.6g}{gap}{self.unit}".rstrip()
+        return f"{number_text(self._number(value))}{gap}{self.unit}".rstrip()
 
     def _number(self, value: object) -> float:
         return float(f"{float(value) * (1e3 if self.unit == 'mm' else 1.0):.10g}")
@@ -107,20 +126,40 @@ def axes_of(ds: xr.Dataset) -> tuple[Axis, ...]:
     return tuple(_axis(ds, str(name)) for name in ds["candidate"].dims)
 
 
+def number_text(value: float) -> str:
+    """Return a number as it is read: six digits, thousands apart, 2·10⁶ for 2e+06."""
+    if value and not POWERS_BELOW <= abs(value) < POWERS_FROM:
+        digits, power = f"{value:.5e}".split("e")
+        digits = digits.rstrip("0").removesuffix(".")
+        return f"{digits}·10{str(int(power)).translate(SUPERSCRIPTS)}".removeprefix("1·").replace(
+            "-", "−"
+        )
+    return f"{value:,.6g}".replace("-", "−")
+
+
+def path_title(path: tuple[str, ...]) -> str:
+    """Return a path within a design in words: positions count from 1, groupings are left out."""
+    words = [str(int(key) + 1) if key.isdigit() else key_title(key) for key in path]
+    kept = [word for word in words[:-1] if word not in GROUPINGS]
+    return " ".join([*kept, words[-1]])
+
+
 def key_title(key: str) -> str:
     """Return a design key in words, without its unit."""
-    return _without_unit(key.rsplit(".", 1)[-1]).replace("_", " ")
+    return key.removesuffix(unit_suffix(key)).replace("_", " ")
 
 
 def path_value(path: tuple[str, ...], value: object) -> str:
     """Return a design value with the unit that its key, or the nearest key above it, carries."""
-    if isinstance(value, bool | str) or value is None:
+    if value is None:
+        return "none given"
+    if isinstance(value, bool | str):
         return str(value)
     unit = next(filter(None, map(_unit, reversed(path))), "")
     numbers = value if isinstance(value, list) else [value]
     if unit == "m" and max(map(abs, numbers)) < 1:
         unit, numbers = "mm", [1e3 * number for number in numbers]
-    text = ", ".join(f"{number:.6g}" for number in numbers)
+    text = ", ".join(map(number_text, numbers))
     text = f"({text})" if isinstance(value, list) else text
     return f"{text}{'' if unit == '°' else ' '}{unit}".rstrip()
 
@@ -155,11 +194,9 @@ def _axis(ds: xr.Dataset, name: str) -> Axis:
     unit = SYMBOLS.get(unit, unit)
     if unit == "m" and max(abs(value) for value in values) < 1:
         unit = "mm"
-    return Axis(name, key_title(name), unit, values, numeric)
-
-
-def _without_unit(key: str) -> str:
-    return key.removesuffix(unit_suffix(key))
+    # An axis is named by its whole path where the last part would not be unique.
+    path = tuple(name.split("."))
+    return Axis(name, path_title(path[1:] or path), unit, values, numeric)
 
 
 def _unit(key: str) -> str:

@@ -18,6 +18,9 @@ KEY_LIGHT, FILL_LIGHT, AMBIENT_LIGHT = 0.62, 0.16, 0.42
 KEY_SOFTNESS = 0.06
 """Half the angle under which the key light is seen [rad]: softens its shadows."""
 
+KEY_RAYS = 4
+"""Shadow rays of each sample: fewer leave grain in the wide penumbra of what hangs high."""
+
 CREASE_COSINE = 0.8
 """Where the smooth normal leaves the triangle's by more than this, an edge is meant to be sharp."""
 
@@ -140,10 +143,15 @@ def render(meshes: list[Mesh], camera: Camera) -> np.ndarray:
     return (np.dstack([_to_srgb(colour), mean[..., 3]]) * 255 + 0.5).astype(np.uint8)
 
 
+def face_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Return the normals (f, 3) of triangles, twice as long as their areas [m²]."""
+    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
+    return np.cross(b - a, c - a)
+
+
 def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Return unit normals (n, 3) of a mesh: area-weighted mean of the triangles at each vertex."""
-    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
-    triangle = np.cross(b - a, c - a)
+    triangle = face_normals(vertices, faces)
     corners = faces.T.ravel()
     total = np.column_stack(
         [np.bincount(corners, np.tile(triangle[:, axis], 3), len(vertices)) for axis in range(3)]
@@ -210,10 +218,14 @@ def _shade(scene, meshes, normals, ambient, hits, hit, points, camera) -> np.nda
     fill = _unit(camera.axes.T @ [0.9, 0.1, -0.6])
     cosine = np.maximum(normal @ key, 0)
     facing = np.flatnonzero(cosine > 0)
-    # One direction within the lamp for each sample of a pixel; their mean is a soft shadow.
-    jitter = np.random.default_rng(0).normal(scale=KEY_SOFTNESS / 2, size=(len(facing), 3))
+    # Some directions within the lamp for each sample of a pixel; their mean is a soft shadow.
+    random = np.random.default_rng(0)
     starts = points[facing] + SHADOW_OFFSET * normal[facing]
-    cosine[facing] *= _is_free(scene, starts, key + jitter)
+    free = np.zeros(len(facing))
+    for _ in range(KEY_RAYS):
+        jitter = random.normal(scale=KEY_SOFTNESS / 2, size=(len(facing), 3))
+        free += _is_free(scene, starts, key + jitter)
+    cosine[facing] *= free / KEY_RAYS
     brightness = (
         KEY_LIGHT * cosine
         + FILL_LIGHT * np.maximum(normal @ fill, 0)

@@ -6,11 +6,15 @@ import numpy as np
 import xarray as xr
 
 from simcore.metrics import METRICS
-from simcore.report.quantities import QUANTITIES, axes_of, coordinates_at
+from simcore.report.physics import device_kinds
+from simcore.report.quantities import NOT_KNOWN, QUANTITIES, axes_of, coordinates_at
 from simcore.report.verdicts import FAILED, HELD, MARKS, verdicts_of
 
 SUPPORT_RATIO = (0.99, 1.01)
 """At rest the support carries the weight, within these bounds."""
+
+SPREAD_MAX = 0.02
+"""At rest the support force hardly changes: so much of the weight, as a standard deviation."""
 
 ROWS_MAX = 1000
 """Rows of the table; more are left to the dataset."""
@@ -26,7 +30,7 @@ class Row:
         Coordinates in the order of the axes.
     verdict, mark : str
     figures : tuple of str
-        In the order of `COLUMNS`.
+        In the order of `columns_of`.
     flags : tuple of bool
         Which of the figures are out of bounds.
     note : str
@@ -39,11 +43,31 @@ class Row:
     flags: tuple[bool, ...]
     note: str
 
+    @property
+    def empty(self) -> bool:
+        """Whether there is no figure at all, so that the note can stand in their place."""
+        return set(self.figures) == {NOT_KNOWN}
 
-COLUMNS = (
-    "Fall margin", "Peak pressure", "Slide", "Support force / weight", "Deepest penetration",
-    "Settled", "Real-time factor",
-)
+
+METRIC_COLUMNS = {
+    "fall_margin": "Fall margin",
+    "peak_pressure": "Peak pressure",
+    "lying_peak_pressure": "Peak before the start",
+    "peak_edge_distance": "Peak from the edge",
+    "peak_strap_force": "Strap tension",
+    "slide_distance": "Slide",
+    "support_force_ratio": "Support force / weight",
+    "support_force_spread": "Unsteady by",
+    "max_penetration": "Deepest penetration",
+}
+"""Metrics of the table and their headings; left out where no candidate has one."""
+
+OTHER_COLUMNS = ("Settled", "Real-time factor")
+
+
+def columns_of(ds: xr.Dataset) -> tuple[str, ...]:
+    """Return the headings of the figures of `trust_rows`."""
+    return (*(METRIC_COLUMNS[name] for name in _metrics_of(ds)), *OTHER_COLUMNS)
 
 
 def fill_missing_metrics(ds: xr.Dataset) -> tuple[xr.Dataset, list[str]]:
@@ -58,7 +82,7 @@ def fill_missing_metrics(ds: xr.Dataset) -> tuple[xr.Dataset, list[str]]:
 
 def trust_rows(ds: xr.Dataset) -> list[Row]:
     """Return a row for each candidate, at most `ROWS_MAX`, in the order of the study."""
-    axes, verdicts = axes_of(ds), verdicts_of(ds)
+    axes, verdicts, metrics = axes_of(ds), verdicts_of(ds), _metrics_of(ds)
     rows = []
     for index in np.ndindex(verdicts.shape):
         if len(rows) == ROWS_MAX:
@@ -72,7 +96,7 @@ def trust_rows(ds: xr.Dataset) -> list[Row]:
                 tuple(axis.text(coordinates[axis.name]) for axis in axes),
                 verdict,
                 MARKS[verdict],
-                *_figures(figures),
+                *_figures(figures, metrics),
                 f"{status.replace('_', ' ')}: {reason}" if status != "ok" else "",
             )
         )
@@ -85,15 +109,23 @@ def trust_summary(ds: xr.Dataset) -> list[dict]:
     good, held = verdicts != FAILED, verdicts == HELD
     ratio = _values(ds["support_force_ratio"].where(held))
     outside = int(((ratio < SUPPORT_RATIO[0]) | (ratio > SUPPORT_RATIO[1])).sum())
+    spread = _values(ds["support_force_spread"].where(held))
+    steady = int((spread <= SPREAD_MAX).sum())
+    has_sheet = "sling_lift" in device_kinds(ds)
+    counted = "; the sheet's weight counted" if has_sheet else ""
     depth, settled = _values(ds["max_penetration"].where(good)), _values(ds["settled"].where(good))
     speed = _values((ds["simulated_time"] / ds["cpu_time"]).where(good))
     failed = int((~good).sum())
     tiles = [
         ("Support force over weight, at rest", _range(ratio, "support_force_ratio"),
          f"{len(ratio) - outside} of {len(ratio)} held candidates within "
-         f"{SUPPORT_RATIO[0]}–{SUPPORT_RATIO[1]}", outside == 0 and len(ratio) > 0),
+         f"{SUPPORT_RATIO[0]}–{SUPPORT_RATIO[1]}{counted}", outside == 0 and len(ratio) > 0),
+        ("Unsteadiness of the support force", _range(spread, "support_force_spread"),
+         f"standard deviation in time over weight, at rest; {steady} of {len(spread)} held "
+         f"candidates up to {SPREAD_MAX}", steady == len(spread) > 0),
         ("Deepest penetration", _range(depth, "max_penetration"),
-         "of the device into the skin, while supported", None),
+         f"of {'bed or sheet' if has_sheet else 'the device'} into the skin, while supported",
+         None),
         ("Settled before the device moved", f"{int(settled.sum())} of {len(settled)}",
          "the rest still moved when the device started", bool(len(settled) and settled.all())),
         ("Failed simulations", f"{failed} of {verdicts.size}",
@@ -105,18 +137,30 @@ def trust_summary(ds: xr.Dataset) -> list[dict]:
     return [dict(zip(("title", "value", "note", "good"), tile, strict=True)) for tile in tiles]
 
 
-def _figures(figures: xr.Dataset) -> tuple[tuple[str, ...], tuple[bool, ...]]:
-    ratio, settled = figures["support_force_ratio"].item(), figures["settled"].item()
-    speed = (figures["simulated_time"] / figures["cpu_time"]).item()
-    shown = (
-        *(QUANTITIES[name].text(figures[name].item())
-          for name in ("fall_margin", "peak_pressure", "slide_distance", "support_force_ratio",
-                       "max_penetration")),
-        "–" if np.isnan(settled) else "yes" if settled else "no",
-        "–" if np.isnan(speed) else f"{speed:.2f}",
+def _metrics_of(ds: xr.Dataset) -> list[str]:
+    """Return the metrics that have a column: a lift without a sheet has no strap."""
+    return [name for name in METRIC_COLUMNS if ds[name].notnull().any()]
+
+
+def _figures(
+    figures: xr.Dataset, metrics: list[str]
+) -> tuple[tuple[str, ...], tuple[bool, ...]]:
+    values = {name: figures[name].item() for name in metrics}
+    settled, speed = (
+        figures["settled"].item(), (figures["simulated_time"] / figures["cpu_time"]).item()
     )
-    out_of_bounds = np.isfinite(ratio) and not SUPPORT_RATIO[0] <= ratio <= SUPPORT_RATIO[1]
-    return shown, (False, False, False, out_of_bounds, False, settled == 0, False)
+    bounds = {"support_force_ratio": SUPPORT_RATIO, "support_force_spread": (0, SPREAD_MAX)}
+    out_of_bounds = [
+        name in bounds and np.isfinite(value)
+        and not bounds[name][0] <= value <= bounds[name][1]
+        for name, value in values.items()
+    ]
+    shown = (
+        *(QUANTITIES[name].text(value) for name, value in values.items()),
+        NOT_KNOWN if np.isnan(settled) else "yes" if settled else "no",
+        NOT_KNOWN if np.isnan(speed) else f"{speed:.2f}",
+    )
+    return shown, (*out_of_bounds, settled == 0, False)
 
 
 def _values(column: xr.DataArray) -> np.ndarray:

@@ -120,12 +120,7 @@ def best_design(ds: xr.Dataset) -> dict | None:
         return None
     # Prefer designs that failed for no body, then the least margin.
     worst = margin.min("body").where(margin.notnull().all("body"), margin.min("body") - 1e6)
-    index = np.unravel_index(np.nanargmax(worst.values), worst.shape) if worst.ndim else ()
-    return {
-        str(name): ds[name].values[i].item() if isinstance(ds[name].values[i], np.generic)
-        else ds[name].values[i]
-        for name, i in zip(worst.dims, index, strict=True)
-    }
+    return _place_of_least(ds, -worst)
 
 
 def best_candidate(ds: xr.Dataset, body: str) -> dict | None:
@@ -136,6 +131,15 @@ def best_candidate(ds: xr.Dataset, body: str) -> dict | None:
 def gentlest_candidate(ds: xr.Dataset, body: str) -> dict | None:
     """Return the coordinates of the lowest peak pressure among those that held the body."""
     return _extreme(ds, body, ds["peak_pressure"], HELD)
+
+
+def gentlest_design(ds: xr.Dataset) -> dict | None:
+    """Return the coordinates, body left out, whose highest peak pressure over the bodies is least.
+
+    Only designs that hold every body count. None where there is no such design.
+    """
+    worst = ds["peak_pressure"].max("body").where(holds_every_body(ds))
+    return None if worst.isnull().all() else _place_of_least(ds, worst)
 
 
 def holds_every_body(ds: xr.Dataset) -> xr.DataArray:
@@ -149,3 +153,13 @@ def _extreme(ds: xr.Dataset, body: str, cost: xr.DataArray, *verdicts: str) -> d
     if cost.isnull().all():
         return None
     return coordinates_at(ds, np.unravel_index(np.nanargmin(cost.values), cost.shape))
+
+
+def _place_of_least(ds: xr.Dataset, cost: xr.DataArray) -> dict:
+    """Return axis name → value (plain Python) where a cost on the axes without body is least."""
+    index = np.unravel_index(np.nanargmin(cost.values), cost.shape) if cost.ndim else ()
+    return {
+        str(name): ds[name].values[i].item() if isinstance(ds[name].values[i], np.generic)
+        else ds[name].values[i]
+        for name, i in zip(cost.dims, index, strict=True)
+    }

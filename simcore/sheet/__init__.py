@@ -1,17 +1,6 @@
 """The sheet of a sling lift: its net, how it hangs, and what moves it."""
 
 from simcore.sheet.contact import ContactForce, PlaneContact
-from simcore.sheet.design import (
-    EdgeAttachment,
-    FabricSheet,
-    HangingDesign,
-    LoopAttachment,
-    PaperSheet,
-    PolygonOutline,
-    RectangleOutline,
-    SheetDesign,
-    UShapeOutline,
-)
 from simcore.sheet.explicit import ExplicitSolver
 from simcore.sheet.hanging import STILL_BAR, BarState, Straps, build_straps, check_reach
 from simcore.sheet.liu import LiuSolver
@@ -22,24 +11,15 @@ __all__ = [
     "STILL_BAR",
     "BarState",
     "ContactForce",
-    "EdgeAttachment",
     "ExplicitSolver",
-    "FabricSheet",
-    "HangingDesign",
     "LiuSolver",
-    "LoopAttachment",
     "Net",
-    "PaperSheet",
     "PlaneContact",
-    "PolygonOutline",
     "Reaction",
-    "RectangleOutline",
     "Sheet",
-    "SheetDesign",
     "SheetSolver",
     "SheetState",
     "Straps",
-    "UShapeOutline",
     "build_net",
     "build_straps",
     "check_reach",

@@ -15,7 +15,7 @@ from simcore.sheet.spring_pass import add_spring_forces
 from simcore.sheet.vertex_contact import (
     ANCHOR,
     WAS_OPEN,
-    prepare_single,
+    prepare_row,
     solve_severals,
     solve_singles,
 )
@@ -77,8 +77,9 @@ class ExplicitSolver:
             substep = min(SUBSTEP_MAX, longest)
         elif not 0 < substep <= longest * (1 + 1e-9):
             raise DesignError(
-                f"sheet.substep_s: {substep:g} cannot be held by this sheet without more than "
-                f"{added_inertia_max:g} kg of added inertia; accepted: above 0 to {longest:.3g}"
+                f"method.sheet.solver.substep_s: {substep:g} cannot be held by this sheet without "
+                f"more than {added_inertia_max:g} kg of added inertia; accepted: above 0 to "
+                f"{longest:.3g}"
             )
         self.substep, self._damping_time = substep, damping_time
         mass = sheet.net.mass
@@ -183,8 +184,9 @@ def _substeps(
 ):
     """Take `count` sub-steps of length h [s]; the vertex arrays (n, 3) are in and out."""
     row_place = place[row_vertex]
-    for r in single:
-        prepare_single(rows, r, 1.0 / mobility[row_place[r]], h)
+    row_force = np.zeros((row_vertex.size, 3))
+    for r in range(row_place.size):
+        prepare_row(rows, r, 1.0 / mobility[row_place[r]], h)
     for i in range(place.size):
         for axis in range(3):
             position[axis, place[i]] = vertex_position[i, axis]
@@ -205,7 +207,9 @@ def _substeps(
         for axis in range(3):
             _accelerate(velocity[axis], force[axis], mobility, drag, h)
         solve_singles(rows, single, row_place, position, velocity, mobility, h, row_impulse)
-        solve_severals(rows, several, row_place, position, velocity, mobility, h, row_impulse)
+        solve_severals(
+            rows, several, row_place, position, velocity, mobility, h, row_impulse, row_force
+        )
         for axis in range(3):
             _move(position[axis], velocity[axis], h)
     for i in range(place.size):

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simcore.config.sling_lift import EdgeAttachment, HangingDesign, LoopAttachment
 from simcore.errors import DesignError
-from simcore.sheet.design import Attachment, EdgeAttachment, HangingDesign, LoopAttachment
 from simcore.sheet.net import Net
 from simcore.sheet.outline import contains, distance_to_sides
 
@@ -97,30 +97,10 @@ def build_straps(net: Net, design: HangingDesign) -> Straps:
     Raises
     ------
     DesignError
-        An attachment outside the outline, a length below zero, a stiffness that is not positive,
-        two attachments of one name.
+        An attachment outside the outline, or at an edge that the sheet does not have.
     """
-    if not design.strap_stiffness_n_per_m > 0:
-        raise DesignError(
-            f"hanging.strap_stiffness_n_per_m: is {design.strap_stiffness_n_per_m:g}; "
-            "accepted: above 0"
-        )
-    if not design.strap_damping_ns_per_m >= 0:
-        raise DesignError(
-            f"hanging.strap_damping_ns_per_m: is {design.strap_damping_ns_per_m:g}; "
-            "accepted: 0 or above"
-        )
-    given = [attachment.name for attachment in design.attachments]
-    for name in given:
-        if given.count(name) > 1:
-            raise DesignError(f"hanging.attachments: two are named '{name}'")
     names, bar, length, share, vertices, weights = [], [], [], [], [], []
     for attachment in design.attachments:
-        if not attachment.strap_length_m >= 0:
-            raise DesignError(
-                f"hanging.{attachment.name}.strap_length_m: is {attachment.strap_length_m:g}; "
-                "accepted: 0 or above"
-            )
         for point, part, patch, weight in _straps_of(net, attachment):
             names.append(attachment.name)
             bar.append(point)
@@ -162,12 +142,13 @@ def check_reach(straps: Straps, position: np.ndarray, bar: BarState) -> None:
     worst = int(missing.argmax())
     if missing[worst] > REACH_TOLERANCE:
         raise DesignError(
-            f"hanging.{straps.names[worst]}.strap_length_m: the strap cannot reach: it is "
-            f"{straps.length[worst]:.3f} m long and the bar is {distance[worst]:.3f} m away"
+            f"device.hanging.attachments.{straps.names[worst]}.strap_length_m: the strap cannot "
+            f"reach: it is {straps.length[worst]:.3f} m long and the bar is "
+            f"{distance[worst]:.3f} m away"
         )
 
 
-def _straps_of(net: Net, attachment: Attachment):
+def _straps_of(net: Net, attachment: LoopAttachment | EdgeAttachment):
     """Yield bar point (3,), share of the stiffness, vertices and weights of each strap."""
     if isinstance(attachment, LoopAttachment):
         yield np.array(attachment.bar_point_m), 1.0, *_patch(net, attachment)
@@ -188,9 +169,10 @@ def _patch(net: Net, attachment: LoopAttachment) -> tuple[np.ndarray, np.ndarray
     if not contains(net.outline, point[None])[0] and distance_to_sides(net.outline, point) > near:
         low, high = net.outline.min(axis=0), net.outline.max(axis=0)
         raise DesignError(
-            f"hanging.{attachment.name}.sheet_point_m: {point.tolist()} lies outside the sheet, "
-            f"which is smaller than its attachments; accepted: a point of the outline, x from "
-            f"{low[0]:.3f} to {high[0]:.3f}, y from {low[1]:.3f} to {high[1]:.3f}"
+            f"device.hanging.attachments.{attachment.name}.sheet_point_m: {point.tolist()} lies "
+            f"outside the sheet, which is smaller than its attachments; accepted: a point of the "
+            f"outline, x from {low[0]:.3f} to {high[0]:.3f}, y from {low[1]:.3f} to "
+            f"{high[1]:.3f}"
         )
     distance = np.linalg.norm(net.rest_position - point, axis=1)
     vertices = np.flatnonzero(distance < PATCH_RADIUS)
@@ -211,7 +193,7 @@ def _edge_vertices(net: Net, attachment: EdgeAttachment) -> np.ndarray:
     vertices = np.flatnonzero(np.abs(at - end) < 1e-6)
     if len(vertices) < 2:
         raise DesignError(
-            f"hanging.{attachment.name}.edge: the sheet has no straight edge at its "
-            f"{attachment.edge} end"
+            f"device.hanging.attachments.{attachment.name}.edge: the sheet has no straight edge "
+            f"at its {attachment.edge} end"
         )
     return vertices[np.argsort(net.rest_position[vertices, 1 - axis], kind="stable")]

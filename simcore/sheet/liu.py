@@ -79,9 +79,9 @@ class LiuSolver:
         tolerance: float = TOLERANCE,
         window: int = ANDERSON_WINDOW,
     ):
-        for name, value in (("step_s", step), ("tolerance", tolerance)):
+        for key, value in (("step_s", step), ("solver.tolerance", tolerance)):
             if not value > 0:
-                raise DesignError(f"sheet.{name}: is {value:g}; accepted: above 0")
+                raise DesignError(f"method.sheet.{key}: is {value:g}; accepted: above 0")
         self.sheet, self.step, self.tolerance, self.window = sheet, step, tolerance, window
         net = sheet.net
         self._share = np.where(net.spring_kind < 2, net.compression_share, 1.0)

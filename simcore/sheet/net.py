@@ -6,8 +6,8 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from simcore.config.sling_lift import Fabric, SheetDesign
 from simcore.errors import DesignError
-from simcore.sheet.design import FabricSheet, SheetDesign
 from simcore.sheet.outline import area, contains, corners
 
 STRUCTURAL_SHARE = 0.75
@@ -87,10 +87,8 @@ def build_net(design: SheetDesign) -> Net:
     Raises
     ------
     DesignError
-        An outline that `simcore.sheet.outline.corners` refuses, or one narrower than a cell; a
-        stiffness, mass or number of vertices that is not positive.
+        An outline that `simcore.sheet.outline.corners` refuses, or one narrower than a cell.
     """
-    _check_material(design)
     outline = corners(design.outline)
     cells, low, spacing = _fit_grid(outline, design.vertex_count)
     rows, columns = cells.shape[0] + 1, cells.shape[1] + 1
@@ -111,7 +109,7 @@ def build_net(design: SheetDesign) -> Net:
     _check_connected(vertices, len(position))
 
     vertex_area = quarters[present] / 4 * spacing.prod()
-    if isinstance(design.material, FabricSheet):
+    if isinstance(design.material, Fabric):
         mass = vertex_area * design.material.areal_density_kg_per_m2
         buckling_strain = design.material.buckling_strain
         compression_share = design.material.compression_share
@@ -137,27 +135,6 @@ def build_net(design: SheetDesign) -> Net:
         spacing=spacing,
         outline=outline,
     )
-
-
-def _check_material(design: SheetDesign) -> None:
-    material = design.material
-    fabric = isinstance(material, FabricSheet)
-    keys = ("stiffness_per_width_n_per_m", "areal_density_kg_per_m2") if fabric else (
-        "stiffness_n_per_m", "mass_kg")
-    for key in keys:
-        value = getattr(material, key)
-        if not (value > 0 and np.isfinite(value)):
-            raise DesignError(f"sheet.material.{key}: is {value:g}; accepted: above 0")
-    if fabric and not material.buckling_strain >= 0:
-        raise DesignError(
-            f"sheet.material.buckling_strain: is {material.buckling_strain:g}; accepted: 0 or above"
-        )
-    if fabric and not 0 <= material.compression_share <= 1:
-        raise DesignError(
-            f"sheet.material.compression_share: is {material.compression_share:g}; accepted: 0 to 1"
-        )
-    if design.vertex_count < 9:
-        raise DesignError(f"sheet.vertex_count: is {design.vertex_count}; accepted: at least 9")
 
 
 def _fit_grid(outline: np.ndarray, vertex_count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -186,7 +163,9 @@ def _fit_grid(outline: np.ndarray, vertex_count: int) -> tuple[np.ndarray, np.nd
     centre = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in shape), indexing="ij"), axis=-1)
     cells = contains(outline, (low + centre * spacing).reshape(-1, 2)).reshape(shape)
     if not cells.any():
-        raise DesignError("outline: is narrower than a cell of the sheet; raise vertex_count")
+        raise DesignError(
+            "device.sheet.outline: is narrower than a cell of the sheet; raise vertex_count"
+        )
     return cells, low, spacing
 
 
@@ -203,8 +182,7 @@ def _springs(
     along[1:] += cells
     diagonal = cells.astype(float)
     bend_x, bend_y = (np.minimum(across[1:], across[:-1]), np.minimum(along[:, 1:], along[:, :-1]))
-    fabric = isinstance(design.material, FabricSheet)
-    if fabric:
+    if isinstance(design.material, Fabric):
         # A strip of one cell: k = E_w width / length, exact also for cells that are not square.
         width = design.material.stiffness_per_width_n_per_m
         aspect = spacing[1] / spacing[0]
@@ -236,5 +214,6 @@ def _check_connected(spring_vertices: np.ndarray, count: int) -> None:
     links = coo_matrix((np.ones(len(spring_vertices)), spring_vertices.T), shape=(count, count))
     if connected_components(links, directed=False)[0] > 1:
         raise DesignError(
-            "outline: falls apart where it is narrower than a cell; raise vertex_count"
+            "device.sheet.outline: falls apart where it is narrower than a cell; "
+            "raise vertex_count"
         )

@@ -2,32 +2,26 @@
 
 import numpy as np
 
+from simcore.config.sling_lift import PolygonOutline, RectangleOutline, UShapeOutline
 from simcore.errors import DesignError
-from simcore.sheet.design import Outline, PolygonOutline, RectangleOutline, UShapeOutline
 
 
-def corners(outline: Outline) -> np.ndarray:
+def corners(outline: RectangleOutline | UShapeOutline | PolygonOutline) -> np.ndarray:
     """Return the corners (m, 2) of an outline in order [m].
 
     Raises
     ------
     DesignError
-        A size that is not positive, parts that do not fit, fewer than three corners, or an outline
-        that crosses or touches itself.
+        Parts that do not fit, or an outline that crosses or touches itself.
     """
-    if isinstance(outline, PolygonOutline):
-        points = np.array(outline.corners_m, dtype=float)
-        if points.ndim != 2 or points.shape[1] != 2 or len(points) < 3:
-            raise DesignError("outline.corners_m: accepted: at least three corners [x, y]")
-    else:
-        points = np.array(_rectangular(outline))
-    if not np.isfinite(points).all():
-        raise DesignError("outline: a corner is not a finite number")
+    polygon = isinstance(outline, PolygonOutline)
+    points = np.array(outline.corners_m if polygon else _rectangular(outline), dtype=float)
     crossing = _crossing(points)
     if crossing is not None:
         first, second = (f"{points[i].round(3).tolist()}" for i in crossing)
         raise DesignError(
-            f"outline: crosses itself (the sides from corners {first} and {second} meet)"
+            f"device.sheet.outline: crosses itself (the sides from corners {first} and {second} "
+            "meet)"
         )
     return points
 
@@ -59,24 +53,27 @@ def area(polygon: np.ndarray) -> float:
 
 def _rectangular(outline: RectangleOutline | UShapeOutline) -> list[tuple[float, float]]:
     length, half = outline.length_m, outline.width_m / 2
-    for key in ("length_m", "width_m"):
-        if not getattr(outline, key) > 0:
-            raise DesignError(f"outline.{key}: is {getattr(outline, key):g}; accepted: above 0")
     points = [(length, -half), (length, half)]
     if isinstance(outline, UShapeOutline):
         leg, gap = outline.leg_length_m, outline.gap_width_m / 2
-        if not 0 < leg < length:
-            raise DesignError(f"outline.leg_length_m: is {leg:g}; accepted: 0 to {length:g}")
-        if not 0 < gap < half:
-            raise DesignError(f"outline.gap_width_m: is {2 * gap:g}; accepted: 0 to {2 * half:g}")
+        if leg >= length:
+            raise DesignError(
+                f"device.sheet.outline.leg_length_m: is {leg:g}; accepted: below length_m, "
+                f"{length:g}"
+            )
+        if gap >= half:
+            raise DesignError(
+                f"device.sheet.outline.gap_width_m: is {2 * gap:g}; accepted: below width_m, "
+                f"{2 * half:g}"
+            )
         inner = [(length, -gap), (length - leg, -gap), (length - leg, gap), (length, gap)]
         points = [points[0], *inner, points[1]]
     points.append((0.0, half))
     head, head_half = outline.head_length_m, outline.head_width_m / 2
-    if head < 0 or head_half < 0 or (head > 0) != (head_half > 0) or head_half > half:
+    if (head > 0) != (head_half > 0) or head_half > half:
         raise DesignError(
-            "outline.head_length_m, head_width_m: accepted: both 0, or both above 0 with a head "
-            "part no wider than the sheet"
+            "device.sheet.outline.head_length_m, head_width_m: accepted: both 0, or both above 0 "
+            "with a head part no wider than the sheet"
         )
     if head > 0:
         points += [(0.0, head_half)] if head_half < half else []

@@ -50,32 +50,30 @@ class Rows:
 
 def gather_rows(contacts: Sequence[PlaneContact]) -> Rows:
     """Return the planes of all contacts as rows."""
-    vertex = [np.flatnonzero(contact.active) for contact in contacts]
-    which = np.repeat(np.arange(len(contacts)), [len(v) for v in vertex])
-    vertex = np.concatenate([*vertex, np.empty(0, np.int64)])
-    data = np.empty((len(vertex), ROW_SIZE))
-    done = 0
-    for contact in contacts:
-        done = _fill(
-            data, done, contact.active, contact.normal, contact.offset, contact.stiffness,
-            contact.damping, contact.surface_velocity, contact.tangential_stiffness,
-            contact.tangential_damping, contact.anchor, contact.friction_force,
-            contact.friction_coefficient, contact.friction_velocity,
-        )
-    if len(contacts) > 1:
-        order = np.argsort(vertex, kind="stable")
-        data, vertex, which = data[order], vertex[order], which[order]
-    ends = np.flatnonzero(np.diff(vertex, append=-1)) + 1
-    starts = np.concatenate([[0], ends])[: len(ends)]
-    alone = ends - starts == 1
-    return Rows(
-        data=data,
-        vertex=vertex,
-        contact=which,
-        single=starts[alone],
-        several=np.stack([starts, ends], axis=1)[~alone],
-        impulse=np.zeros((len(data), 4)),
+    if not contacts:
+        nothing = np.empty(0, np.int64)
+        return Rows(np.empty((0, ROW_SIZE)), nothing, nothing, nothing, nothing.reshape(0, 2),
+                    np.empty((0, 4)))
+    total = sum(int(np.count_nonzero(contact.active)) for contact in contacts)
+    data = np.empty((total, ROW_SIZE))
+    vertex, which = np.empty(total, np.int64), np.empty(total, np.int64)
+    single, several = _fill(
+        data, vertex, which,
+        tuple(contact.active for contact in contacts),
+        tuple(contact.normal for contact in contacts),
+        tuple(contact.offset for contact in contacts),
+        tuple(contact.stiffness for contact in contacts),
+        tuple(contact.damping for contact in contacts),
+        tuple(contact.surface_velocity for contact in contacts),
+        tuple(contact.tangential_stiffness for contact in contacts),
+        tuple(contact.tangential_damping for contact in contacts),
+        tuple(contact.anchor for contact in contacts),
+        np.array([
+            (contact.friction_coefficient, contact.friction_velocity) for contact in contacts
+        ]),
+        tuple(contact.friction_force for contact in contacts),
     )
+    return Rows(data, vertex, which, single, several, np.zeros((total, 4)))
 
 
 def scatter_rows(
@@ -106,26 +104,38 @@ def _spread(data, vertex, which, impulse, index, duration, force, normal_force, 
         normal_force[i] = impulse[r, 3] / duration
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _fill(
-    data, row, active, normal, offset, stiffness, damping, surface_velocity, tangential_stiffness,
-    tangential_damping, anchor, friction_force, friction_coefficient, friction_velocity,
+    data, vertex, which, active, normal, offset, stiffness, damping, surface_velocity,
+    tangential_stiffness, tangential_damping, anchor, friction, friction_force,
 ):
-    """Write the planes of one contact from a row on; return the row after the last."""
-    for i in range(active.size):
-        if not active[i]:
-            continue
-        for axis in range(3):
-            data[row, axis] = normal[i, axis]
-            data[row, SURFACE + axis] = surface_velocity[i, axis]
-            data[row, ANCHOR + axis] = anchor[i, axis]
-        data[row, OFFSET] = offset[i]
-        data[row, STIFFNESS] = stiffness[i]
-        data[row, DAMPING] = damping[i]
-        data[row, K_T] = tangential_stiffness[i]
-        data[row, C_T] = tangential_damping[i]
-        data[row, COEFFICIENT] = friction_coefficient
-        data[row, F_C] = friction_force[i]
-        data[row, EPSILON] = friction_velocity
-        row += 1
-    return row
+    """Write all planes vertex by vertex; return the single rows and the bounds of the others."""
+    count = active[0].size
+    single, several = np.empty(count, np.int64), np.empty((count, 2), np.int64)
+    row = singles = severals = 0
+    for i in range(count):
+        first = row
+        for c in range(len(active)):
+            if not active[c][i]:
+                continue
+            for axis in range(3):
+                data[row, axis] = normal[c][i, axis]
+                data[row, SURFACE + axis] = surface_velocity[c][i, axis]
+                data[row, ANCHOR + axis] = anchor[c][i, axis]
+            data[row, OFFSET] = offset[c][i]
+            data[row, STIFFNESS] = stiffness[c][i]
+            data[row, DAMPING] = damping[c][i]
+            data[row, K_T] = tangential_stiffness[c][i]
+            data[row, C_T] = tangential_damping[c][i]
+            data[row, COEFFICIENT] = friction[c, 0]
+            data[row, EPSILON] = friction[c, 1]
+            data[row, F_C] = friction_force[c][i]
+            vertex[row], which[row] = i, c
+            row += 1
+        if row == first + 1:
+            single[singles] = first
+            singles += 1
+        elif row > first:
+            several[severals] = first, row
+            severals += 1
+    return single[:singles].copy(), several[:severals].copy()

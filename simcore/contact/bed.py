@@ -1,0 +1,64 @@
+"""Contact of the skin with a flat, springy mattress."""
+
+import numpy as np
+from numba import njit
+
+SLIP_SPEED = 0.02
+"""Below this the friction of the mattress is viscous [m/s]: nothing rests on it for long."""
+
+
+@njit(cache=True, error_model="numpy")
+def near_bed(vertices, height, half_length, half_width):
+    """Return the skin vertices (l,) over the bed and lower than a height [m]."""
+    near = np.empty(vertices.shape[0], np.int64)
+    count = 0
+    for i in range(vertices.shape[0]):
+        if (vertices[i, 2] < height and abs(vertices[i, 0]) < half_length
+                and abs(vertices[i, 1]) < half_width):
+            near[count] = i
+            count += 1
+    return near[:count].copy()
+
+
+@njit(cache=True, error_model="numpy")
+def bed_forces(
+    listed, vertices, velocities, area, stiffness, damping_time, friction, force, normal_force
+):
+    """Write the force of a mattress with its upper side at z = 0 on each listed skin vertex.
+
+        N = A max(K d + K τ ḋ, 0),  d = −z > 0;   F = −µ N v_t / max(‖v_t‖, ε)           (Eq. 14)
+
+    Parameters
+    ----------
+    vertices, velocities : (n, 3) float64
+        Of the skin, where listed [m, m/s].
+    area : (n,) float64
+        A of each skin vertex [m²].
+    stiffness, damping_time, friction : float
+        K [Pa/m], τ [s] and µ.
+    force : (n, 3), normal_force : (n,) float64
+        On the skin, and its normal part [N]; overwritten where listed.
+
+    Returns
+    -------
+    contact_count : int
+    depth_max : float
+        [m]
+    deepest : int
+        Its skin vertex, −1 without contact.
+    """
+    count, depth_max, deepest = 0, 0.0, -1
+    for i in listed:
+        force[i, 0] = force[i, 1] = force[i, 2] = normal_force[i] = 0.0
+        depth = -vertices[i, 2]
+        if depth <= 0.0:
+            continue
+        count += 1
+        if depth > depth_max:
+            depth_max, deepest = depth, i
+        normal = area[i] * stiffness * max(depth - damping_time * velocities[i, 2], 0.0)
+        u, v = velocities[i, 0], velocities[i, 1]
+        hold = friction * normal / max(np.sqrt(u * u + v * v), SLIP_SPEED)
+        force[i, 0], force[i, 1], force[i, 2] = -hold * u, -hold * v, normal
+        normal_force[i] = normal
+    return count, depth_max, deepest

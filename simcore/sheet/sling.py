@@ -1,0 +1,80 @@
+"""A sling lift's design → the sheet as it lies under the body, hung and ready to simulate."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simcore.config.designs import SheetFoundation, SheetMethod, SheetPenalty
+from simcore.config.sling_lift import Bed, SlingLift
+from simcore.errors import DesignError
+from simcore.sheet.explicit import ExplicitSolver
+from simcore.sheet.hanging import BarState, build_straps, check_reach
+from simcore.sheet.liu import LiuSolver
+from simcore.sheet.net import build_net
+from simcore.sheet.solver import SheetSolver, SheetState, lay_flat, make_sheet
+
+CLEARANCE = 5e-4
+"""Height of the sheet over the bed at the start [m]: half of what a placed body leaves."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sling:
+    """A sheet under a body.
+
+    Attributes
+    ----------
+    solver : SheetSolver
+        Holds the sheet, net and straps.
+    start : SheetState
+        Where the sheet lies at the start; copy it before use.
+    law : SheetFoundation or SheetPenalty
+        Contact of the sheet with skin and bed.
+    step : float
+        Time between exchanges of forces with the body [s].
+    bed : Bed
+    """
+
+    solver: SheetSolver
+    start: SheetState
+    law: SheetFoundation | SheetPenalty
+    step: float
+    bed: Bed
+
+
+def build_sling(design: SlingLift, method: SheetMethod, pelvis_x: float, bar: BarState) -> Sling:
+    """Return the sling of a design.
+
+    Parameters
+    ----------
+    pelvis_x : float
+        Of the pelvis joint in the world [m]: there lies `sheet.pelvis_x_m` of the sheet.
+    bar : BarState
+        Where the bar is at the start.
+
+    Raises
+    ------
+    DesignError
+        A sheet that cannot be cut, cannot be hung so, or a step that it cannot hold.
+    """
+    net = build_net(design.sheet)
+    low, high = net.rest_position[:, 0].min(), net.rest_position[:, 0].max()
+    if not low <= design.sheet.pelvis_x_m <= high:
+        raise DesignError(
+            f"device.sheet.pelvis_x_m: {design.sheet.pelvis_x_m:g} lies outside the sheet; "
+            f"accepted: {low:g} to {high:g}"
+        )
+    straps = build_straps(net, design.hanging)
+    start = lay_flat(net, np.array([pelvis_x - design.sheet.pelvis_x_m, 0.0, CLEARANCE]))
+    check_reach(straps, start.position, bar)
+    sheet = make_sheet(net, straps)
+    if method.solver.kind == "explicit":
+        solver = ExplicitSolver(sheet, method.solver.substep_s)
+    else:
+        solver = LiuSolver(sheet, method.step_s, method.solver.tolerance)
+    return Sling(
+        solver=solver,
+        start=start,
+        law=method.contact,
+        step=method.step_s,
+        bed=design.bed,
+    )
