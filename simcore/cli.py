@@ -34,8 +34,9 @@ def check(study: StudyPath) -> None:
     loaded = load_study(study)
     for design in {candidate.design.body for candidate in loaded.candidates}:
         check_body(design)
-    devices = {(each.design.device, each.design.method): each.design for each in loaded.candidates}
-    for design in devices.values():
+    designs = (candidate.design for candidate in loaded.candidates)
+    different = {(each.device, each.method, each.posture.placement): each for each in designs}
+    for design in different.values():
         try:
             check_device(design, loaded.root)
         except DesignError as error:

@@ -108,6 +108,11 @@ class Recorder:
         self._start = None
         self.fall_time = np.inf
 
+    @property
+    def frame_count(self) -> int:
+        """Number of frames so far."""
+        return len(self._frames)
+
     def observe(self, time: float, q: np.ndarray, v: np.ndarray, moved: DeviceState) -> bool:
         """Take note of the interaction as last evaluated; return whether a frame is complete."""
         now = self._interaction

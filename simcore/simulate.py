@@ -33,6 +33,11 @@ def simulate(scene: Scene, progress: Progress | None = None) -> Trajectory:
     -------
     Trajectory
         Also of a run that failed: up to its last good frame, with status and reason.
+
+    Raises
+    ------
+    SimulationError
+        It failed before the first frame.
     """
     started = clock.process_time()
     run = _Run(scene, progress)
@@ -41,6 +46,8 @@ def simulate(scene: Scene, progress: Progress | None = None) -> Trajectory:
         run.settle()
         run.follow_device()
     except SimulationError as error:
+        if not run.recorder.frame_count:
+            raise
         status, reason = error.status, error.reason
     return run.recorder.trajectory(
         device_start=run.device_start if np.isfinite(run.device_start) else run.time,

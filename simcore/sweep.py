@@ -76,9 +76,9 @@ def run_candidate(
     """
     try:
         scene = build_scene(candidate.design, candidate.coordinates["body"], root)
+        trajectory = simulate(scene, progress)
     except SimulationError as error:
         return row(candidate, error.status, error.reason, None), None, None
-    trajectory = simulate(scene, progress)
     pressure = skin_pressure(scene, trajectory)
     # The figures of a run that broke off would look like those of one that went well.
     metrics = compute_metrics(scene, trajectory, pressure) if trajectory.status == "ok" else None

@@ -12,8 +12,8 @@ SCRIPTS = sorted((ROOT / "workflow").rglob("*.py"))
 
 SIBLINGS = ("body", "device", "contact", "dynamics", "sheet")
 FOUNDATION = {"errors", "config"}
-JOINTS = ("scene", "interaction", "sling_interaction", "recorder", "simulate", "metrics",
-          "dataset", "sweep", "report", "cli")
+JOINTS = ("scene", "interaction", "sling_contact", "sling_interaction", "recorder", "simulate",
+          "metrics", "dataset", "sweep", "report", "cli")
 """What joins the rooms below, in the direction of the data: each may import those before it."""
 
 

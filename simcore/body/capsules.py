@@ -66,7 +66,10 @@ def fit_capsules(skin: Skin) -> Capsules:
 
 
 def _pairs() -> np.ndarray:
-    """Return the pairs (p, 2) of segments that can meet and are no neighbours in the skeleton."""
+    """Return the pairs (p, 2) of segments that can meet.
+
+    Neighbours in the skeleton are left out but for upper arm and chest: an arm lies on its side.
+    """
     pairs = {(f"{a}_left", f"{b}_right") for part in (LEGS, ARMS) for a in part for b in part}
     for side in ("left", "right"):
         pairs |= {(f"{arm}_{side}", trunk) for arm in ARMS for trunk in TRUNK}

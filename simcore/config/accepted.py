@@ -32,6 +32,7 @@ def locate(model: type[BaseModel], location: tuple) -> tuple[list[str], dict]:
     root = schema_of(model)
     keys, node = [], root
     for part in location:
+        node = _without_null(node, root)
         variant = _variant(node, part, root)
         if variant is not None:
             node = variant
@@ -48,6 +49,12 @@ def locate(model: type[BaseModel], location: tuple) -> tuple[list[str], dict]:
             inner = node.get("additionalProperties")
         node = resolved(inner, root) if isinstance(inner, dict) else {}
     return keys, node
+
+
+def _without_null(node: dict, root: dict) -> dict:
+    """Return what an optional node holds where it holds something."""
+    options = [each for each in node.get("anyOf", []) if each.get("type") != "null"]
+    return resolved(options[0], root) if len(options) == 1 else node
 
 
 def _variant(node: dict, tag: object, root: dict) -> dict | None:

@@ -76,8 +76,9 @@ def read_device(path: Path) -> RoboticLift | SlingLift:
     """Return the validated device in a YAML file, of the kind that it says it is."""
     data = read_yaml(path)
     kind = data.get("kind")
-    if kind not in DEVICES:
-        raise DesignError(f"{shown(path)}: kind: is {kind}; accepted: {', '.join(DEVICES)}")
+    if not isinstance(kind, str) or kind not in DEVICES:
+        told = f"is {kind}" if "kind" in data else "missing"
+        raise DesignError(f"{shown(path)}: kind: {told}; accepted: {', '.join(DEVICES)}")
     return validate(DEVICES[kind], data, shown(path))
 
 
@@ -175,7 +176,10 @@ class SelfContact(Strict):
 
 
 class SheetPenalty(Strict):
-    """The paper's contact at each sheet vertex (Eqs. 6 and 7): results change with the mesh."""
+    """The paper's contact at each sheet vertex (Eqs. 6 and 7): results change with the mesh.
+
+    On a bed the sheet has the same; the bed's own stiffness and friction are for the skin.
+    """
 
     law: Annotated[Literal["penalty"], Field(description="one spring a sheet vertex")]
     stiffness_n_per_m: Annotated[Positive, Field(description="k_contact, per sheet vertex")]

@@ -12,15 +12,20 @@ from scipy.spatial import cKDTree
 
 from simcore.contact.neighbours import vertex_normal
 
-REACH = 0.06
+REACH = 0.1
 """Points farther than this from the skin are not followed [m]."""
 
-NEAR = 0.04
+NEAR = 0.035
 """The gap of a point that is outside and farther than this is its distance [m]: its normal would
 cost more than all else, and nothing asks for it."""
 
 MARGIN = 0.02
 """A point is looked for again before it can have come as near as this unseen [m]."""
+
+
+SECOND = 0.02
+"""A point that follows one part of the body is looked for again before it has come so far, or as
+far as that part was: so deep at most it enters another part unseen [m]."""
 
 
 class SurfaceTracker:
@@ -73,11 +78,14 @@ class SurfaceTracker:
 
     def _search(self, points: np.ndarray, vertices: np.ndarray) -> None:
         """Give each point that is due, and touches nothing, the nearest of all vertices."""
-        due = np.flatnonzero((self._unseen < MARGIN) & ((self.vertex < 0) | (self.gap > 0)))
+        due = np.flatnonzero((self._unseen < SECOND / 2) & ((self.vertex < 0) | (self.gap > 0)))
         tree = cKDTree(vertices, balanced_tree=False, compact_nodes=False)  # is asked but once
         distance, nearest = tree.query(points[due])
         self.vertex[due] = np.where(distance < REACH, nearest, -1)
-        self._unseen[due] = np.maximum(distance, REACH) - MARGIN
+        # Another part of the body may be hardly farther than the one that is followed.
+        self._unseen[due] = np.where(
+            distance < REACH, np.maximum(distance, SECOND), distance - MARGIN
+        )
         self._unseen[(self.vertex >= 0) & (self.gap <= 0)] = REACH - MARGIN  # these touch
 
 

@@ -9,7 +9,7 @@ OFFSET, STIFFNESS, DAMPING, SURFACE_NORMAL, WAS_OPEN = 3, 4, 5, 6, 7  # after th
 ANCHOR, SURFACE, K_T, C_T, COEFFICIENT, SOFTNESS, F_C, EPSILON = 8, 11, 14, 15, 16, 17, 18, 19
 ROW_SIZE = 20
 
-SWEEPS_MAX, SWEEP_TOLERANCE = 50, 1e-4
+SWEEPS_MAX, SWEEP_TOLERANCE = 50, 1e-3
 """Most sweeps over the planes of a vertex that has several, and the change of force over force at
 which they end; the forces of the sub-step before are a start from which two or three do."""
 
