@@ -42,12 +42,13 @@ def test_a_small_tile_is_read_by_the_cell_that_holds_it():
 
 
 def test_peak_of_a_bump_converges_with_the_points():
-    """A bump 60 mm wide: from points of 10 mm to 2.5 mm the peak changes by less than 2 %."""
+    """A bump 60 mm wide: a tile blurs it by the square of its size, so that halving leaves 1/4."""
     peaks = []
-    for spacing in (0.01, 0.005, 0.0025):
+    for spacing in (0.01, 0.005, 0.0025, 0.00125):
         points = even(spacing)
         pressure = 20e3 * np.exp(-((points - 0.31) ** 2).sum(axis=1) / 0.03**2)
         mat = SensorMat(points, np.full(2, spacing), PITCH)
         peaks.append(mat.pressure(pressure * spacing**2).max())
-    assert peaks[0] == pytest.approx(peaks[-1], rel=0.02)
-    assert peaks[1] == pytest.approx(peaks[-1], rel=0.005)
+    first, second = np.diff(peaks[1:])  # points 10 mm apart are too few for the bump's law
+    assert first / second == pytest.approx(4, rel=0.15)
+    assert peaks[0] == pytest.approx(peaks[-1], rel=0.02)  # as docs/physics.md says

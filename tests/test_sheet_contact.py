@@ -5,14 +5,9 @@ from math import atan, cos, exp, pi, sin
 
 import numpy as np
 import pytest
+from sheets import NO_STRAPS, fabric, rectangular
 
-from simcore.config.sling_lift import (
-    EdgeAttachment,
-    Fabric,
-    HangingDesign,
-    RectangleOutline,
-    SheetDesign,
-)
+from simcore.config.sling_lift import EdgeAttachment, HangingDesign
 from simcore.sheet import (
     STILL_BAR,
     ExplicitSolver,
@@ -28,23 +23,6 @@ from simcore.sheet import (
 G = 9.80665
 FOUNDATION = 1.0e6
 """Contact stiffness per area [N/m³]."""
-
-# A device has straps; a sheet by itself need not.
-NO_STRAPS = HangingDesign.model_construct(
-    attachments=(), strap_stiffness_n_per_m=3e4, strap_damping_ns_per_m=30.0
-)
-
-
-def fabric(stiffness_per_width=2e4, density=0.3):
-    return Fabric(
-        kind="fabric", stiffness_per_width_n_per_m=stiffness_per_width,
-        areal_density_kg_per_m2=density,
-    )
-
-
-def rectangular(length, width, material, count):
-    outline = RectangleOutline(shape="rectangle", length_m=length, width_m=width)
-    return SheetDesign(outline=outline, material=material, vertex_count=count, pelvis_x_m=0.0)
 
 
 def small_sheet():

@@ -7,15 +7,13 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 from scipy.optimize import brentq
+from sheets import NO_STRAPS, fabric, rectangular
 
 from simcore.config.sling_lift import (
     EdgeAttachment,
-    Fabric,
     HangingDesign,
     LoopAttachment,
     PaperMaterial,
-    RectangleOutline,
-    SheetDesign,
 )
 from simcore.errors import DesignError
 from simcore.sheet import (
@@ -31,23 +29,7 @@ from simcore.sheet import (
     make_sheet,
 )
 
-# A device has straps; a sheet by itself need not.
-NO_STRAPS = HangingDesign.model_construct(
-    attachments=(), strap_stiffness_n_per_m=3e4, strap_damping_ns_per_m=30.0
-)
 PAPER = PaperMaterial(kind="paper", stiffness_n_per_m=1000.0, mass_kg=10.0)
-
-
-def fabric(stiffness_per_width=2e4, density=0.3):
-    return Fabric(
-        kind="fabric", stiffness_per_width_n_per_m=stiffness_per_width,
-        areal_density_kg_per_m2=density,
-    )
-
-
-def rectangular(length, width, material, count):
-    outline = RectangleOutline(shape="rectangle", length_m=length, width_m=width)
-    return SheetDesign(outline=outline, material=material, vertex_count=count, pelvis_x_m=0.0)
 
 
 SHEET = rectangular(1.2, 0.8, PAPER, 300)
