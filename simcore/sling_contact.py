@@ -1,4 +1,4 @@
-"""Contact of a sheet with skin and bed: planes for the sheet, forces for the skin."""
+"""Contact of a sheet with skin: planes for the sheet, forces for the skin."""
 
 import numpy as np
 from numba import njit
@@ -7,15 +7,15 @@ from scipy.spatial import cKDTree
 from simcore.body.inscribed import inscribed_radius
 from simcore.body.skin import vertex_normals
 from simcore.config.designs import SheetFoundation, SheetPenalty
-from simcore.contact.tracking import SurfaceTracker
+from simcore.contact import tracking
 from simcore.errors import SimulationError
 from simcore.scene import Scene, posed_skin, segment_of_vertex
 from simcore.sheet.contact import ContactForce, PlaneContact
 from simcore.sheet.solver import SheetState
 
-NEAR, FAR = 0.01, 0.03
-"""Planes are given to points nearer than the first, and to those that come so near within a step;
-never to points beyond the second, which no step of a few milliseconds bridges [m]."""
+NEAR = 0.01
+"""Planes are given to points nearer than this, and to those that come so near within a step; never
+to points beyond `simcore.contact.tracking.NEAR`, which no step of some milliseconds bridges [m]."""
 
 SHEAR_SHARE = 1 / 3
 """Shear modulus over Young's modulus of what is incompressible, such as flesh."""
@@ -49,9 +49,8 @@ class SheetOnSkin:
     def __init__(self, scene: Scene):
         skin, net = scene.body.skin, scene.sling.solver.sheet.net
         self._body, self._law, self._net = scene.body, scene.sling.law, net
-        self._tracker = SurfaceTracker(len(net.mass), skin.ring_offsets, skin.ring_next)
+        self._tracker = tracking.SurfaceTracker(len(net.mass), skin.ring_offsets, skin.ring_next)
         self._thickness = _flesh_thickness(scene)
-        self._speed = np.zeros(len(net.mass))  # of the sheet in relation to the pelvis [m/s]
         self.planes = PlaneContact.empty(len(net.mass))
         self.planes.normal = self._tracker.normal
         if isinstance(self._law, SheetPenalty):
@@ -64,31 +63,35 @@ class SheetOnSkin:
         self.skin_force = np.zeros((skin.vertex_count, 3))
         self.skin_normal = np.zeros(skin.vertex_count)
 
-    def follow(
-        self, sheet: SheetState, skin: np.ndarray, skin_velocity: np.ndarray,
-        reference: np.ndarray, duration: float,
+    def find(self, sheet: SheetState, skin: np.ndarray, reference: np.ndarray) -> np.ndarray:
+        """Follow the sheet over the skin; return the skin vertices (l,) that it may touch.
+
+        Parameters
+        ----------
+        skin : (n, 3) float64
+            All skin vertices in the world [m].
+        reference : (3,) float64
+            Where the pelvis is [m].
+        """
+        tracker = self._tracker
+        tracker.update(sheet.position, skin, reference)
+        return tracker.vertex[(tracker.gap <= tracking.NEAR) & (tracker.vertex >= 0)]
+
+    def set_planes(
+        self, sheet: SheetState, skin: np.ndarray, skin_velocity: np.ndarray, duration: float
     ) -> None:
-        """Set the planes for a step.
+        """Set the planes for a step of some duration [s], after `find`.
 
         Parameters
         ----------
         skin, skin_velocity : (n, 3) float64
-            All skin vertices in the world [m, m/s].
-        reference : (3,) float64
-            Velocity in relation to which motion is small [m/s].
-        duration : float
-            Of the step [s].
+            Skin vertices in the world where the sheet may touch them [m, m/s].
         """
         tracker, planes, law = self._tracker, self.planes, self._law
-        _speeds(sheet.velocity, reference, self._speed)
-        tracker.update(
-            sheet.position, skin, duration * self._speed,
-            duration * _fastest(skin_velocity, reference),
-        )
         _set_skin_planes(
             tracker.vertex, tracker.gap, skin, skin_velocity, sheet.position, sheet.velocity,
             duration, planes.normal, planes.active, planes.offset, planes.surface_velocity,
-            planes.anchor,
+            planes.anchor, planes.force,
         )
         if isinstance(law, SheetFoundation):
             _press_flesh(
@@ -124,33 +127,6 @@ class SheetOnSkin:
         )
 
 
-class SheetOnBed:
-    """Contact of a sheet with a mattress whose upper side is at z = 0.
-
-    Attributes
-    ----------
-    planes : PlaneContact
-    """
-
-    def __init__(self, scene: Scene):
-        bed, law, area = scene.sling.bed, scene.sling.law, scene.sling.solver.sheet.net.vertex_area
-        self._half = bed.length_m / 2, bed.width_m / 2
-        self.planes = PlaneContact.empty(len(area))
-        self.planes.normal[:, 2] = 1.0
-        if isinstance(law, SheetPenalty):
-            _set_penalty(self.planes, law)
-            return
-        self.planes.friction_coefficient = bed.friction_coefficient
-        self.planes.stiffness[:] = bed.pressure_stiffness_pa_per_m * area
-        self.planes.damping[:] = bed.damping_time_s * self.planes.stiffness
-        self.planes.tangential_stiffness[:] = SHEAR_SHARE * self.planes.stiffness
-        self.planes.tangential_damping[:] = SHEAR_SHARE * self.planes.damping
-
-    def follow(self, sheet: SheetState) -> None:
-        """Set the planes for a step."""
-        _set_bed_planes(sheet.position, *self._half, self.planes.active, self.planes.anchor)
-
-
 def _set_penalty(planes: PlaneContact, law: SheetPenalty) -> None:
     planes.stiffness[:] = law.stiffness_n_per_m
     planes.damping[:] = law.damping_ns_per_m
@@ -174,34 +150,14 @@ def _flesh_thickness(scene: Scene) -> np.ndarray:
 
 
 @njit(cache=True, error_model="numpy")
-def _fastest(velocity, reference):
-    """Return the greatest speed of any of (n, 3) in relation to a reference (3,) [m/s]."""
-    square = 0.0
-    for i in range(velocity.shape[0]):
-        x, y, z = (velocity[i, 0] - reference[0], velocity[i, 1] - reference[1],
-                   velocity[i, 2] - reference[2])
-        square = max(square, x * x + y * y + z * z)
-    return np.sqrt(square)
-
-
-@njit(cache=True, error_model="numpy")
-def _speeds(velocity, reference, speed):
-    """Write the speed (n,) of each of (n, 3) in relation to a reference (3,) [m/s]."""
-    for i in range(velocity.shape[0]):
-        x, y, z = (velocity[i, 0] - reference[0], velocity[i, 1] - reference[1],
-                   velocity[i, 2] - reference[2])
-        speed[i] = np.sqrt(x * x + y * y + z * z)
-
-
-@njit(cache=True, error_model="numpy")
 def _set_skin_planes(
     vertex, gap, skin, skin_velocity, position, velocity, duration, normal, active, offset,
-    surface_velocity, anchor,
+    surface_velocity, anchor, force,
 ):
     """Give a plane to each sheet vertex that is near the skin, or will be within the duration."""
     for p in range(vertex.size):
         i = vertex[p]
-        if i < 0 or gap[p] > FAR:
+        if i < 0 or gap[p] > tracking.NEAR:
             active[p] = False
             continue
         approach = 0.0
@@ -216,6 +172,7 @@ def _set_skin_planes(
             surface_velocity[p, a] = skin_velocity[i, a]
             if not active[p]:
                 anchor[p, a] = position[p, a]
+                force[p, a] = 0.0
         active[p] = True
 
 
@@ -243,20 +200,6 @@ def _press_flesh(
         damping[p] = damping_time * shallow
         tangential_stiffness[p] = SHEAR_SHARE * shallow
         tangential_damping[p] = SHEAR_SHARE * damping[p]
-
-
-@njit(cache=True, error_model="numpy")
-def _set_bed_planes(position, half_length, half_width, active, anchor):
-    """Give a plane to each sheet vertex that is over the bed and near it."""
-    for p in range(active.size):
-        over = abs(position[p, 0]) < half_length and abs(position[p, 1]) < half_width
-        if not over or position[p, 2] > NEAR:
-            active[p] = False
-            continue
-        if not active[p]:
-            for a in range(3):
-                anchor[p, a] = position[p, a]
-        active[p] = True
 
 
 @njit(cache=True, error_model="numpy")

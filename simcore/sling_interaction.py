@@ -9,14 +9,14 @@ import numpy as np
 import pinocchio as pin
 
 from simcore.body.segments import INDEX
-from simcore.body.skin_listed import blend_motion_listed, wrench_listed
+from simcore.body.skin_listed import blend_listed, blend_motion_listed, wrench_listed
 from simcore.contact.bed import bed_forces, near_bed
 from simcore.device.motion import DeviceState
 from simcore.errors import SimulationError
 from simcore.interaction import Interaction
 from simcore.scene import Scene
 from simcore.sheet.solver import SheetState
-from simcore.sling_contact import SheetOnBed, SheetOnSkin
+from simcore.sling_contact import SheetOnSkin
 
 BED_MARGIN = 0.01
 """Skin lower than this may touch the bed before the next exchange [m]."""
@@ -43,7 +43,7 @@ class SlingInteraction(Interaction):
         self._steps_per_exchange = round(sling.step / scene.method.time_step_s)
         self._steps = 0
         self.sheet = SheetState(sling.start.position.copy(), sling.start.velocity.copy())
-        self._on_skin, self._on_bed = SheetOnSkin(scene), SheetOnBed(scene)
+        self._on_skin = SheetOnSkin(scene)
         self._skin = np.zeros((skin.vertex_count, 3))
         self._skin_velocity = np.zeros((skin.vertex_count, 3))
         self._all = np.arange(skin.vertex_count)
@@ -60,21 +60,21 @@ class SlingInteraction(Interaction):
             return
         pin.forwardKinematics(self.model, self.data, q, v)
         segments = self._views
-        blend_motion_listed(
-            self._all, *self._influences, segments.rotations, segments.positions,
-            segments.velocities, self._skin, self._skin_velocity,
+        blend_listed(
+            self._all, *self._influences, segments.rotations, segments.positions, self._skin
         )
         self._over_bed = near_bed(self._skin, BED_MARGIN, *self._bed_half)
-        self._on_skin.follow(self.sheet, self._skin, self._skin_velocity, v[:3], self._step)
-        self._on_skin.refuse_passing((self._steps - 1) * self._step / self._steps_per_exchange)
-        self._on_bed.follow(self.sheet)
-        reaction = self._solver.advance(
-            self.sheet, self._step, (self._on_skin.planes, self._on_bed.planes), moved
+        near = self._on_skin.find(self.sheet, self._skin, q[:3])
+        blend_motion_listed(
+            near, *self._influences, segments.rotations, segments.positions,
+            segments.velocities, self._skin, self._skin_velocity,
         )
-        of_skin, of_bed = reaction.contacts
-        self._on_skin.press(of_skin)
+        self._on_skin.set_planes(self.sheet, self._skin, self._skin_velocity, self._step)
+        self._on_skin.refuse_passing((self._steps - 1) * self._step / self._steps_per_exchange)
+        reaction = self._solver.advance(self.sheet, self._step, self._on_skin.planes, moved)
+        self._on_skin.press(reaction.contact)
         self.strap_force = reaction.strap_force
-        self._outer_force = self.strap_force.sum(axis=0) + of_bed.force.sum(axis=0)
+        self._outer_force = self.strap_force.sum(axis=0) + reaction.bed_force
 
     @property
     def support_force(self) -> np.ndarray:
@@ -112,7 +112,7 @@ class SlingInteraction(Interaction):
         self._bed_half = bed.length_m / 2, bed.width_m / 2
         self._bed_law = (
             scene.body.skin.vertex_area, bed.pressure_stiffness_pa_per_m, bed.damping_time_s,
-            bed.friction_coefficient,
+            bed.friction_coefficient, bed.slip_speed_m_per_s,
         )
         self._over_bed = np.empty(0, np.int64)
 

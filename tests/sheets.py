@@ -1,6 +1,7 @@
 """Sheets by themselves, for the tests of the sheet room."""
 
 from simcore.config.sling_lift import Fabric, HangingDesign, RectangleOutline, SheetDesign
+from simcore.sheet import PlaneContact
 
 # A device has straps; a sheet by itself need not.
 NO_STRAPS = HangingDesign.model_construct(
@@ -13,6 +14,10 @@ def fabric(stiffness_per_width=2e4, density=0.3):
         kind="fabric", stiffness_per_width_n_per_m=stiffness_per_width,
         areal_density_kg_per_m2=density,
     )
+
+
+def untouched(sheet):
+    return PlaneContact.empty(len(sheet.net.mass))
 
 
 def rectangular(length, width, material, count):

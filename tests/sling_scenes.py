@@ -82,15 +82,15 @@ class Watched:
         self.solver, self.sheet, self.meddle = solver, solver.sheet, meddle
         self.reactions = []
 
-    def advance(self, state, dt, contacts, bar):
-        self.reactions.append(self.solver.advance(state, dt, contacts, bar))
+    def advance(self, state, dt, contact, bar):
+        self.reactions.append(self.solver.advance(state, dt, contact, bar))
         if self.meddle:
             self.meddle(len(self.reactions), state)
         return self.reactions[-1]
 
     def of_skin(self) -> np.ndarray:
         """Force of the skin on all of the sheet at each exchange (k, 3) [N]."""
-        return np.array([reaction.contacts[0].force.sum(axis=0) for reaction in self.reactions])
+        return np.array([reaction.contact.force.sum(axis=0) for reaction in self.reactions])
 
 
 def watched(scene: Scene, meddle=None, **changed) -> tuple[Scene, Watched]:

@@ -55,9 +55,9 @@ def test_a_sheet_at_rest_is_carried_with_its_weight(kind):
     solver, contact = solvers(sheet)[kind], plane(sheet.net)
     state = lay_flat(sheet.net, np.zeros(3))
     for _ in range(300):
-        reaction = solver.advance(state, 2e-3, (contact,), STILL_BAR)
+        reaction = solver.advance(state, 2e-3, contact, STILL_BAR)
     weight = sheet.net.mass.sum() * G
-    contact_force = reaction.contacts[0]
+    contact_force = reaction.contact
     assert contact_force.force.sum(axis=0) == pytest.approx([0, 0, weight], abs=1e-3 * weight)
     assert contact_force.normal_force.sum() == pytest.approx(weight, rel=1e-3)
     assert state.position[:, 2] == pytest.approx(-10 * G / FOUNDATION, rel=0.1)
@@ -74,7 +74,7 @@ def test_an_incline_holds_below_the_friction_angle_and_lets_go_above(kind):
         contact.anchor[:] = state.position
         speeds = []
         for _ in range(200):
-            solver.advance(state, 2e-3, (contact,), STILL_BAR)
+            solver.advance(state, 2e-3, contact, STILL_BAR)
             speeds.append(state.velocity[:, 0].mean())
         moved[name] = state.position[:, 0].mean() - 0.15, speeds[-1] - speeds[49]
     assert abs(moved["below"][0]) < 5e-4
@@ -91,7 +91,7 @@ def test_a_sliding_surface_drags_the_sheet_along():
     state = lay_flat(sheet.net, np.array([0, 0, -10 * G / FOUNDATION]))
     contact.anchor[:] = state.position
     for _ in range(250):
-        solver.advance(state, 2e-3, (contact,), STILL_BAR)
+        solver.advance(state, 2e-3, contact, STILL_BAR)
     assert state.velocity[:, 0] == pytest.approx(0.1, abs=1e-3)
     assert state.position[:, 0].mean() - 0.15 == pytest.approx(0.1 * 0.5, abs=2e-3)
 
@@ -105,7 +105,7 @@ def test_regularised_friction_creeps_as_it_must():
     state = lay_flat(sheet.net, np.array([0, 0, -10 * G / FOUNDATION]))
     solver = ExplicitSolver(sheet)
     for _ in range(300):
-        solver.advance(state, 2e-3, (contact,), STILL_BAR)
+        solver.advance(state, 2e-3, contact, STILL_BAR)
     assert state.velocity[:, 0].mean() == pytest.approx(sin(angle) * 0.1, rel=0.02)
 
 
@@ -144,47 +144,11 @@ def test_capstan():
         contact.offset[:] = radius
         contact.active[:] = state.position[:, 2] > 0
         straps.bar_point[pulled, 2] = -0.3 - fall
-        reaction = solver.advance(state, 1e-3, (contact,), STILL_BAR)
+        reaction = solver.advance(state, 1e-3, contact, STILL_BAR)
         fall += speed * 1e-3
     tension = [np.linalg.norm(reaction.strap_force[end].sum(axis=0)) for end in (~pulled, pulled)]
     assert tension[0] > 5.0
     assert tension[1] / tension[0] == pytest.approx(exp(friction * pi), rel=0.05)
-
-
-def test_a_sheet_between_two_plates_shares_their_load():
-    """Depths d₁ + d₂ = δ of plates of equal stiffness, N₁ − N₂ = weight."""
-    sheet, squeeze = small_sheet(), 1e-3
-    net = sheet.net
-    contacts = plane(net, friction=0.4), plane(net, (0, 0, -1), squeeze, friction=0.4)
-    state, solver = lay_flat(net, np.zeros(3)), ExplicitSolver(sheet)
-    for _ in range(200):
-        reaction = solver.advance(state, 2e-3, contacts, STILL_BAR)
-    lower, upper = (force.normal_force.sum() for force in reaction.contacts)
-    weight, total = net.mass.sum() * G, squeeze * FOUNDATION * 0.09
-    assert lower == pytest.approx((total + weight) / 2, rel=2e-3)
-    assert upper == pytest.approx((total - weight) / 2, rel=2e-3)
-
-
-@pytest.mark.parametrize("angle", [0.3, 0.7])
-def test_two_halves_of_a_plane_do_what_the_whole_does(angle):
-    """The solve for several planes against that for one, sticking and sliding (µ = 0.5).
-
-    No vertex jumps off: there two halves may open in two sub-steps, the whole in one.
-    """
-    sheet = replace(small_sheet(), gravity=np.array([G * sin(angle), 0, -G * cos(angle)]))
-    random = np.random.default_rng(1).normal(scale=0.05, size=(len(sheet.net.mass), 3))
-    random[:, 2] = 0.0
-    states = []
-    for shares in ((1.0,), (0.5, 0.5)):
-        contacts = tuple(plane(sheet.net, friction=0.5, share=share) for share in shares)
-        state, solver = lay_flat(sheet.net, np.zeros(3)), ExplicitSolver(sheet)
-        state.velocity += random
-        for _ in range(50):
-            reaction = solver.advance(state, 2e-3, contacts, STILL_BAR)
-        total = sum(force.force for force in reaction.contacts)
-        states.append((state.position, total))
-    assert states[0][0] == pytest.approx(states[1][0], abs=1e-6)
-    assert states[0][1] == pytest.approx(states[1][1], abs=2e-2)
 
 
 def test_what_the_surface_gets_is_what_the_sheet_gets():
@@ -194,6 +158,6 @@ def test_what_the_surface_gets_is_what_the_sheet_gets():
     state, solver = lay_flat(sheet.net, np.zeros(3)), ExplicitSolver(sheet)
     state.velocity[:, 0] = -1.0
     before = (solver.inertia[:, None] * state.velocity).sum(axis=0)
-    reaction = solver.advance(state, 2e-3, (contact,), STILL_BAR)
+    reaction = solver.advance(state, 2e-3, contact, STILL_BAR)
     change = (solver.inertia[:, None] * state.velocity).sum(axis=0) - before
-    assert reaction.contacts[0].force.sum(axis=0) * 2e-3 == pytest.approx(change, rel=1e-10)
+    assert reaction.contact.force.sum(axis=0) * 2e-3 == pytest.approx(change, rel=1e-10)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 from scipy.optimize import brentq
-from sheets import NO_STRAPS, fabric, rectangular
+from sheets import NO_STRAPS, fabric, rectangular, untouched
 
 from simcore.config.sling_lift import (
     EdgeAttachment,
@@ -103,7 +103,7 @@ def test_strip_hangs_in_a_catenary():
     depth = np.sqrt(length**2 - span**2) / 2
     vee = np.column_stack([x * span / length, y, -depth * (1 - np.abs(2 * x / length - 1))])
     state = SheetState(vee, np.zeros_like(vee))
-    ExplicitSolver(sheet).advance(state, 4.0, (), STILL_BAR)
+    ExplicitSolver(sheet).advance(state, 4.0, untouched(sheet), STILL_BAR)
     assert np.abs(state.velocity).max() < 5e-3
     a = brentq(lambda a: 2 * a * sinh(span / 2 / a) - length, 0.1, 10)
     assert -state.position[:, 2].min() == pytest.approx(a * (cosh(span / 2 / a) - 1), rel=0.02)
@@ -126,12 +126,12 @@ def test_edges_tie_to_poles_and_a_rising_bar_carries_the_weight():
     rise = np.array([0.0, 0.0, 0.2])
     for _ in range(600):
         bar = BarState(np.eye(3), height.copy(), rise, np.zeros(3))
-        solver.advance(state, 2e-3, (), bar)
+        solver.advance(state, 2e-3, untouched(sheet), bar)
         height += 2e-3 * rise
     force = np.zeros(3)
     for _ in range(1000):
         bar = BarState(np.eye(3), height, np.zeros(3), np.zeros(3))
-        force = solver.advance(state, 2e-3, (), bar).strap_force.sum(axis=0)
+        force = solver.advance(state, 2e-3, untouched(sheet), bar).strap_force.sum(axis=0)
     assert force == pytest.approx([0, 0, 10 * 9.80665], abs=0.05)
     assert 0.24 - 0.05 < state.position[:, 2].max() < 0.24
 
@@ -143,7 +143,7 @@ def test_explicit_and_liu_come_to_the_same_rest():
     for solver, dt in ((ExplicitSolver(sheet), 2e-3), (LiuSolver(sheet, 5e-3, 1e-4), 5e-3)):
         state = lay_flat(net, np.zeros(3))
         for _ in range(round(6.0 / dt)):
-            reaction = solver.advance(state, dt, (), STILL_BAR)
+            reaction = solver.advance(state, dt, untouched(sheet), STILL_BAR)
         assert reaction.strap_force.sum(axis=0)[2] == pytest.approx(10 * 9.80665, rel=1e-2)
         rests.append(state.position)
     assert np.abs(rests[0] - rests[1]).max() < 1e-3

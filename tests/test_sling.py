@@ -86,7 +86,7 @@ def test_forces_on_skin_vertices_arrive_as_wrenches_on_segments():
     assert interaction.segment_wrench == pytest.approx(expected, abs=1e-6)
     normal = np.zeros(len(force))
     interaction.add_skin_forces(normal)
-    assert normal.sum() == pytest.approx(solver.reactions[-1].contacts[0].normal_force.sum())
+    assert normal.sum() == pytest.approx(solver.reactions[-1].contact.normal_force.sum())
     assert np.all(normal >= 0)
     assert np.all(force[normal == 0] == 0)
 
@@ -121,7 +121,7 @@ def test_the_sheet_keeps_momentum_to_rounding():
     weight = sheet.net.mass.sum() * sheet.gravity
     for reaction in solver.reactions:
         outer = reaction.strap_force.sum(axis=0)
-        outer = outer + sum(each.force.sum(axis=0) for each in reaction.contacts)
+        outer = outer + reaction.contact.force.sum(axis=0) + reaction.bed_force
         impulse += seen.sling.step * (weight + outer)
     momentum = explicit.inertia @ steps.interaction.sheet.velocity
     assert np.abs(seen.sling.step * solver.of_skin().sum(axis=0)).max() > 10
@@ -247,7 +247,7 @@ def test_the_mat_reads_the_normal_force_of_the_skin_on_the_sheet():
     """Frames of one step; two make an exchange."""
     seen, trajectory, solver = lying()
     on_mat = trajectory.mat_pressure.sum(axis=(1, 2)) * seen.method.sensor_pitch_m**2
-    of_sheet = [each.contacts[0].normal_force.sum() for each in solver.reactions]
+    of_sheet = [each.contact.normal_force.sum() for each in solver.reactions]
     assert np.allclose(on_mat, np.repeat(of_sheet, 2)[: len(on_mat)], rtol=1e-5, atol=1e-4)
     assert on_mat[-1] > 100
     skin = trajectory.normal_force.sum(axis=1)
@@ -332,7 +332,7 @@ def test_the_papers_contact_carries_the_same_weight():
     assert steps.scene.sling.step * force.sum() == pytest.approx(
         steps.scene.sling.step * flesh.sum(), rel=0.1
     )
-    of_skin = solver.reactions[-1].contacts[0]
+    of_skin = solver.reactions[-1].contact
     touching = of_skin.normal_force > 0
     assert touching.sum() > 20
     sliding = of_skin.force[touching] - 0.0

@@ -52,17 +52,20 @@ def edge_change_rate(
 @njit(cache=True, error_model="numpy")
 def blend_listed(listed, offsets, segments, weights, points, rotations, positions, vertices):
     """Write the positions of the listed vertices into `vertices` (n, 3): Eq. 3."""
+    frames = np.empty((rotations.shape[0], 12))
+    for j in range(frames.shape[0]):
+        for a in range(3):
+            for b in range(3):
+                frames[j, 3 * a + b] = rotations[j, a, b]
+            frames[j, 9 + a] = positions[j, a]
     for i in listed:
         x = y = z = 0.0
         for k in range(offsets[i], offsets[i + 1]):
             j = segments[k]
             p, q, r, w = points[k, 0], points[k, 1], points[k, 2], weights[k]
-            x += w * (rotations[j, 0, 0] * p + rotations[j, 0, 1] * q + rotations[j, 0, 2] * r
-                      + positions[j, 0])
-            y += w * (rotations[j, 1, 0] * p + rotations[j, 1, 1] * q + rotations[j, 1, 2] * r
-                      + positions[j, 1])
-            z += w * (rotations[j, 2, 0] * p + rotations[j, 2, 1] * q + rotations[j, 2, 2] * r
-                      + positions[j, 2])
+            x += w * (frames[j, 0] * p + frames[j, 1] * q + frames[j, 2] * r + frames[j, 9])
+            y += w * (frames[j, 3] * p + frames[j, 4] * q + frames[j, 5] * r + frames[j, 10])
+            z += w * (frames[j, 6] * p + frames[j, 7] * q + frames[j, 8] * r + frames[j, 11])
         vertices[i, 0] = x
         vertices[i, 1] = y
         vertices[i, 2] = z

@@ -3,9 +3,6 @@
 import numpy as np
 from numba import njit
 
-SLIP_SPEED = 0.02
-"""Below this the friction of the mattress is viscous [m/s]: nothing rests on it for long."""
-
 
 @njit(cache=True, error_model="numpy")
 def near_bed(vertices, height, half_length, half_width):
@@ -22,7 +19,8 @@ def near_bed(vertices, height, half_length, half_width):
 
 @njit(cache=True, error_model="numpy")
 def bed_forces(
-    listed, vertices, velocities, area, stiffness, damping_time, friction, force, normal_force
+    listed, vertices, velocities, area, stiffness, damping_time, friction, slip_speed, force,
+    normal_force,
 ):
     """Write the force of a mattress with its upper side at z = 0 on each listed skin vertex.
 
@@ -34,8 +32,8 @@ def bed_forces(
         Of the skin, where listed [m, m/s].
     area : (n,) float64
         A of each skin vertex [m²].
-    stiffness, damping_time, friction : float
-        K [Pa/m], τ [s] and µ.
+    stiffness, damping_time, friction, slip_speed : float
+        K [Pa/m], τ [s], µ and ε [m/s].
     force : (n, 3), normal_force : (n,) float64
         On the skin, and its normal part [N]; overwritten where listed.
 
@@ -58,7 +56,7 @@ def bed_forces(
             depth_max, deepest = depth, i
         normal = area[i] * stiffness * max(depth - damping_time * velocities[i, 2], 0.0)
         u, v = velocities[i, 0], velocities[i, 1]
-        hold = friction * normal / max(np.sqrt(u * u + v * v), SLIP_SPEED)
+        hold = friction * normal / max(np.sqrt(u * u + v * v), slip_speed)
         force[i, 0], force[i, 1], force[i, 2] = -hold * u, -hold * v, normal
         normal_force[i] = normal
     return count, depth_max, deepest

@@ -1,4 +1,4 @@
-"""Which skin vertices can be nearest to which device vertices: a search over cubic cells."""
+"""Which skin vertices are, or can be, nearest to which points: a search over cubic cells."""
 
 from dataclasses import dataclass
 
@@ -184,6 +184,40 @@ def near_pairs(
             row_count += 1
             offsets[row_count] = total
     return rows[:row_count].copy(), offsets[: row_count + 1].copy(), candidates[:total].copy()
+
+
+@njit(cache=True, error_model="numpy")
+def nearest_within(skin, points, chosen, reach):
+    """Return distance [m] and index of the skin vertex nearest to each chosen point.
+
+    Parameters
+    ----------
+    skin : (n, 3), points : (m, 3) float64
+        [m]
+    chosen : (c,) int64
+        Points to answer for.
+    reach : float
+        Farther skin is not looked for [m]: infinite, and −1.
+    """
+    low, shape, starts, vertex, point = _sort_into_cells(skin, np.arange(skin.shape[0]))
+    near, square = np.empty(skin.shape[0], np.int64), np.empty(skin.shape[0])
+    distance, nearest = np.full(chosen.size, np.inf), np.full(chosen.size, -1)
+    for c in range(chosen.size):
+        x, y, z = points[chosen[c], 0], points[chosen[c], 1], points[chosen[c], 2]
+        radius = min(SKIN_EDGE, reach)
+        while True:
+            count, least = _gather(point, low, shape, starts, x, y, z, radius, near, square)
+            if count:
+                distance[c] = np.sqrt(least)
+                for e in range(count):
+                    if square[e] == least:
+                        nearest[c] = vertex[near[e]]
+                        break
+                break
+            if radius == reach:
+                break
+            radius = min(2 * radius, reach)
+    return distance, nearest
 
 
 @njit(inline="always")

@@ -8,14 +8,14 @@ the nearest of all vertices.
 
 import numpy as np
 from numba import njit
-from scipy.spatial import cKDTree
 
+from simcore.contact.neighbour_grid import nearest_within
 from simcore.contact.neighbours import vertex_normal
 
 REACH = 0.1
 """Points farther than this from the skin are not followed [m]."""
 
-NEAR = 0.035
+NEAR = 0.02
 """The gap of a point that is outside and farther than this is its distance [m]: its normal would
 cost more than all else, and nothing asks for it."""
 
@@ -44,57 +44,95 @@ class SurfaceTracker:
     normal : (m, 3) float64
         Its outward normal; old where the gap is beyond NEAR.
     gap : (m,) float64
-        Distance of the point from its tangent plane, negative inside [m]; from the vertex where
-        it is beyond NEAR, and REACH for none.
+        Distance of the point from its tangent plane, negative inside [m]. Beyond NEAR a lower
+        bound of the distance from the skin that it follows, and REACH for none.
     """
 
     def __init__(self, point_count: int, ring_offsets: np.ndarray, ring_next: np.ndarray):
         self._rings = ring_offsets, ring_next
-        self._unseen = np.full(point_count, -np.inf)  # way that each can come before it is sought
         self.vertex = np.full(point_count, -1)
         self.normal = np.zeros((point_count, 3))
         self.gap = np.full(point_count, REACH)
+        self._unseen = np.full(point_count, -np.inf)  # way that each can come before it is sought
+        # Since the last search, in which all of this was taken:
+        self._way = np.zeros(point_count)  # that each point and the skin have come, at most
+        self._clear = np.zeros(point_count)  # gap of each
+        self._points, self._vertices = np.zeros((point_count, 3)), None
+        self._reference = np.zeros(3)
 
-    def update(
-        self, points: np.ndarray, vertices: np.ndarray, way: np.ndarray, skin_way: float
-    ) -> None:
+    def update(self, points: np.ndarray, vertices: np.ndarray, reference: np.ndarray) -> None:
         """Follow the points (m, 3) to where they are now.
 
         Parameters
         ----------
-        points : (m, 3) float64
-            [m].
-        vertices : (n, 3) float64
-            Skin, of the same frame [m].
-        way : (m,) float64
-            No point has moved farther than this since the last call [m].
-        skin_way : float
-            Nor has the skin [m]. Both are seen from any one frame.
+        points : (m, 3), vertices : (n, 3) float64
+            Points and skin in the world [m].
+        reference : (3,) float64
+            A point with which both move, such as the pelvis [m]: their ways are taken from there.
         """
-        self._unseen -= way + skin_way
-        if self._unseen.min() < 0:
-            self._search(points, vertices)
-        _follow(points, vertices, *self._rings, self.vertex, self.normal, self.gap)
+        if self._vertices is None:
+            self._search(points, vertices, reference)
+            return
+        _ways(
+            points, self._points, vertices, self._vertices, reference - self._reference, self._way
+        )
+        if (self._unseen < self._way).any():
+            self._search(points, vertices, reference)
+        else:
+            _follow(
+                points, vertices, *self._rings, self._clear, self._way, self.vertex, self.normal,
+                self.gap,
+            )
 
-    def _search(self, points: np.ndarray, vertices: np.ndarray) -> None:
+    def _search(self, points: np.ndarray, vertices: np.ndarray, reference: np.ndarray) -> None:
         """Give each point that is due, and touches nothing, the nearest of all vertices."""
+        self._unseen -= self._way
         due = np.flatnonzero((self._unseen < SECOND / 2) & ((self.vertex < 0) | (self.gap > 0)))
-        tree = cKDTree(vertices, balanced_tree=False, compact_nodes=False)  # is asked but once
-        distance, nearest = tree.query(points[due])
-        self.vertex[due] = np.where(distance < REACH, nearest, -1)
+        distance, self.vertex[due] = nearest_within(vertices, points, due, REACH)
         # Another part of the body may be hardly farther than the one that is followed.
         self._unseen[due] = np.where(
-            distance < REACH, np.maximum(distance, SECOND), distance - MARGIN
+            np.isfinite(distance), np.maximum(distance, SECOND), REACH - MARGIN
         )
         self._unseen[(self.vertex >= 0) & (self.gap <= 0)] = REACH - MARGIN  # these touch
+        self._way[:], self._clear[:] = 0.0, 0.0
+        self._points[:], self._reference = points, np.array(reference)
+        self._vertices = vertices.copy()
+        _follow(
+            points, vertices, *self._rings, self._clear, self._way, self.vertex, self.normal,
+            self.gap,
+        )
+        self._clear[:] = self.gap
 
 
 @njit(cache=True, error_model="numpy")
-def _follow(points, vertices, ring_offsets, ring_next, vertex, normal, gap):
-    """Walk every followed point downhill; write its skin vertex, normal and gap."""
+def _ways(points, points_then, vertices, vertices_then, shift, way):
+    """Write how far each point can have come towards the skin, seen from what moved by `shift`."""
+    furthest = 0.0
+    for i in range(vertices.shape[0]):
+        x = vertices[i, 0] - vertices_then[i, 0] - shift[0]
+        y = vertices[i, 1] - vertices_then[i, 1] - shift[1]
+        z = vertices[i, 2] - vertices_then[i, 2] - shift[2]
+        furthest = max(furthest, x * x + y * y + z * z)
+    furthest = np.sqrt(furthest)
+    for p in range(points.shape[0]):
+        x = points[p, 0] - points_then[p, 0] - shift[0]
+        y = points[p, 1] - points_then[p, 1] - shift[1]
+        z = points[p, 2] - points_then[p, 2] - shift[2]
+        way[p] = np.sqrt(x * x + y * y + z * z) + furthest
+
+
+@njit(cache=True, error_model="numpy")
+def _follow(points, vertices, ring_offsets, ring_next, clear, way, vertex, normal, gap):
+    """Walk every followed point downhill; write its skin vertex, normal and gap.
+
+    One that was `clear` of the skin by more than NEAR and its way since then stays as it is.
+    """
     for p in range(points.shape[0]):
         i = vertex[p]
         if i < 0:
+            continue
+        if clear[p] - way[p] > NEAR:
+            gap[p] = clear[p] - way[p]
             continue
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
         least = ((vertices[i, 0] - x) ** 2 + (vertices[i, 1] - y) ** 2

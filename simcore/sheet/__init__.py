@@ -1,5 +1,6 @@
 """The sheet of a sling lift: its net, how it hangs, and what moves it."""
 
+from simcore.sheet.bed import BedContact
 from simcore.sheet.contact import ContactForce, PlaneContact
 from simcore.sheet.explicit import ExplicitSolver
 from simcore.sheet.hanging import STILL_BAR, BarState, Straps, build_straps, check_reach
@@ -10,6 +11,7 @@ from simcore.sheet.solver import Reaction, Sheet, SheetSolver, SheetState, lay_f
 __all__ = [
     "STILL_BAR",
     "BarState",
+    "BedContact",
     "ContactForce",
     "ExplicitSolver",
     "LiuSolver",

@@ -31,6 +31,9 @@ class PlaneContact:
         Where the tangential spring is tied to the surface, world [m]. `advance` moves it with the
         surface, drags it when the vertex slides, and puts it on the vertex while nothing touches.
         A plane that is new needs its anchor put on the vertex.
+    force : (n, 3) float64
+        What the plane did to the vertex in the last sub-step, from which the next one starts where
+        the vertex has another contact too [N]; overwritten by `advance`.
     friction_force : (n,) float64
         F_c of the regularised friction [N].
     friction_velocity : float
@@ -47,6 +50,7 @@ class PlaneContact:
     tangential_stiffness: np.ndarray
     tangential_damping: np.ndarray
     anchor: np.ndarray
+    force: np.ndarray
     friction_force: np.ndarray
     friction_velocity: float
 
@@ -64,6 +68,7 @@ class PlaneContact:
             tangential_stiffness=np.zeros(count),
             tangential_damping=np.zeros(count),
             anchor=np.zeros((count, 3)),
+            force=np.zeros((count, 3)),
             friction_force=np.zeros(count),
             friction_velocity=0.1,
         )
@@ -71,7 +76,7 @@ class PlaneContact:
 
 @dataclass(frozen=True, eq=False)
 class ContactForce:
-    """What one `PlaneContact` did to the sheet, as means over the step.
+    """What a `PlaneContact` did to the sheet, as means over the step.
 
     Attributes
     ----------

@@ -1,11 +1,10 @@
 """Explicit sub-steps of a sheet with contact implicit on the vertex: the default solver."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from numba import njit
 
 from simcore.errors import DesignError
+from simcore.sheet.bed import BedContact, push_from_bed
 from simcore.sheet.contact import PlaneContact
 from simcore.sheet.hanging import BarState, bar_points
 from simcore.sheet.net import SPRING_OFFSETS
@@ -16,8 +15,7 @@ from simcore.sheet.vertex_contact import (
     ANCHOR,
     WAS_OPEN,
     prepare_row,
-    solve_severals,
-    solve_singles,
+    solve_planes,
 )
 
 STABILITY_MARGIN = 1.1
@@ -33,6 +31,9 @@ SPRING_DAMPING_TIME = 2.0e-5
 
 ADDED_INERTIA_MAX = 15.0
 """Most inertia, over the sheet's mass, that a sub-step may need to be stable [kg]."""
+
+NO_BED = BedContact(0.0, 0.0, np.empty(0), np.empty(0), 0.0, 0.0, 1.0)
+"""Under nothing."""
 
 
 class ExplicitSolver:
@@ -86,16 +87,22 @@ class ExplicitSolver:
         self.inertia = np.maximum(mass, self._needed_inertia(substep))
 
         self._grid = _Grid(sheet, self.inertia)
+        bed = sheet.bed or NO_BED
+        self._bed_law = (
+            bed.half_length, bed.half_width, bed.friction_coefficient, bed.friction_force,
+            bed.slip_speed,
+        )
 
     def advance(
-        self, state: SheetState, dt: float, contacts: Sequence[PlaneContact], bar: BarState
+        self, state: SheetState, dt: float, contact: PlaneContact, bar: BarState
     ) -> Reaction:
         """Implement `simcore.sheet.solver.SheetSolver.advance` by dt / h sub-steps, rounded up."""
         straps, grid = self.sheet.straps, self._grid
         count = max(1, int(np.ceil(dt / self.substep * (1 - 1e-9))))
         points, velocities = bar_points(straps, bar)
-        rows = gather_rows(contacts)
+        rows = gather_rows(contact)
         strap_impulse = np.zeros((len(straps.length), 3))
+        grid.bed_impulse[:] = 0
         _substeps(
             state.position, state.velocity, grid.place, grid.position, grid.velocity,
             grid.velocity_single, grid.force, dt / count, count, grid.offsets, grid.stiffness,
@@ -103,10 +110,14 @@ class ExplicitSolver:
             grid.factor, grid.pad, grid.mobility, grid.weight, grid.drag,
             points, velocities, straps.length, straps.stiffness, straps.damping,
             straps.patch_start, grid.patch_place, straps.patch_weight, strap_impulse,
-            rows.data, rows.vertex, rows.single, rows.several, rows.impulse,
+            rows.data, rows.vertex, rows.force, rows.impulse, grid.other,
+            grid.bed_stiffness, grid.bed_damping, *self._bed_law, grid.bed_impulse,
         )
         check_finite(state)
-        return Reaction(scatter_rows(rows, contacts, dt), strap_impulse / dt, count)
+        return Reaction(
+            scatter_rows(rows, contact, dt), grid.bed_impulse.sum(axis=1) / dt,
+            strap_impulse / dt, count,
+        )
 
     def _needed_inertia(self, substep: float) -> np.ndarray:
         """Return the inertia (n,) that keeps a sub-step stable [kg]: Eq. S8."""
@@ -172,6 +183,11 @@ class _Grid:
         self.position, self.velocity, self.force = np.zeros((3, 3, count))
         self.velocity_single = np.zeros((3, count), np.float32)
         self.factor = np.zeros((len(self.offsets), count), np.float32)
+        self.other, self.bed_impulse = np.zeros((2, 3, count))
+        self.bed_stiffness, self.bed_damping = np.zeros((2, count))
+        if sheet.bed:
+            self.bed_stiffness[self.place] = sheet.bed.stiffness
+            self.bed_damping[self.place] = sheet.bed.damping
 
 
 @njit(cache=True, error_model="numpy")
@@ -179,14 +195,17 @@ def _substeps(
     vertex_position, vertex_velocity, place, position, velocity, velocity_single, force, h, count,
     offsets, stiffness, rest_length, buckling_strain, share, damping_time, factor, pad, mobility,
     weight, drag, bar_point, bar_velocity, strap_length, strap_stiffness, strap_damping,
-    patch_start, patch_place, patch_weight, strap_impulse, rows, row_vertex, single, several,
-    row_impulse,
+    patch_start, patch_place, patch_weight, strap_impulse, rows, row_vertex, row_force,
+    row_impulse, other, bed_stiffness, bed_damping, half_length, half_width, bed_friction,
+    bed_friction_force, slip_speed, bed_impulse,
 ):
     """Take `count` sub-steps of length h [s]; the vertex arrays (n, 3) are in and out."""
     row_place = place[row_vertex]
-    row_force = np.zeros((row_vertex.size, 3))
+    other[:] = 0.0
     for r in range(row_place.size):
         prepare_row(rows, r, 1.0 / mobility[row_place[r]], h)
+        for axis in range(3):
+            other[axis, row_place[r]] = row_force[r, axis]
     for i in range(place.size):
         for axis in range(3):
             position[axis, place[i]] = vertex_position[i, axis]
@@ -206,10 +225,14 @@ def _substeps(
             )
         for axis in range(3):
             _accelerate(velocity[axis], force[axis], mobility, drag, h)
-        solve_singles(rows, single, row_place, position, velocity, mobility, h, row_impulse)
-        solve_severals(
-            rows, several, row_place, position, velocity, mobility, h, row_impulse, row_force
-        )
+        if half_length > 0.0:
+            push_from_bed(
+                position[0], position[1], position[2], velocity[0], velocity[1], velocity[2],
+                other[0], other[1], other[2], mobility, bed_stiffness, bed_damping, half_length,
+                half_width, bed_friction, bed_friction_force, slip_speed, h,
+                bed_impulse[0], bed_impulse[1], bed_impulse[2],
+            )
+        solve_planes(rows, row_place, position, velocity, mobility, h, other, row_impulse)
         for axis in range(3):
             _move(position[axis], velocity[axis], h)
     for i in range(place.size):
@@ -217,8 +240,9 @@ def _substeps(
             vertex_position[i, axis] = position[axis, place[i]]
             vertex_velocity[i, axis] = velocity[axis, place[i]]
     for r in range(row_vertex.size):
-        if rows[r, WAS_OPEN] > 0.0:
-            for axis in range(3):
+        for axis in range(3):
+            row_force[r, axis] = other[axis, row_place[r]]
+            if rows[r, WAS_OPEN] > 0.0:
                 rows[r, ANCHOR + axis] = vertex_position[row_vertex[r], axis]
 
 

@@ -88,7 +88,9 @@ class Straps:
 def bar_points(straps: Straps, bar: BarState) -> tuple[np.ndarray, np.ndarray]:
     """Return position and velocity (s, 3) of the bar points in the world [m, m/s]."""
     arm = straps.bar_point @ np.asarray(bar.rotation).T
-    return bar.position + arm, bar.linear_velocity + np.cross(bar.angular_velocity, arm)
+    x, y, z = bar.angular_velocity
+    turn = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])  # arm @ turn = ω × arm
+    return bar.position + arm, bar.linear_velocity + arm @ turn
 
 
 def build_straps(net: Net, design: HangingDesign) -> Straps:

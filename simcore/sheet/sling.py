@@ -7,10 +7,11 @@ import numpy as np
 from simcore.config.designs import SheetFoundation, SheetMethod, SheetPenalty
 from simcore.config.sling_lift import Bed, SlingLift
 from simcore.errors import DesignError
+from simcore.sheet.bed import BedContact
 from simcore.sheet.explicit import ExplicitSolver
 from simcore.sheet.hanging import BarState, build_straps, check_reach
 from simcore.sheet.liu import LiuSolver
-from simcore.sheet.net import build_net
+from simcore.sheet.net import Net, build_net
 from simcore.sheet.solver import SheetSolver, SheetState, lay_flat, make_sheet
 
 CLEARANCE = 5e-4
@@ -66,7 +67,7 @@ def build_sling(design: SlingLift, method: SheetMethod, pelvis_x: float, bar: Ba
     straps = build_straps(net, design.hanging)
     start = lay_flat(net, np.array([pelvis_x - design.sheet.pelvis_x_m, 0.0, CLEARANCE]))
     check_reach(straps, start.position, bar)
-    sheet = make_sheet(net, straps)
+    sheet = make_sheet(net, straps, bed=_bed_contact(net, design.bed, method.contact))
     if method.solver.kind == "explicit":
         solver = ExplicitSolver(sheet, method.solver.substep_s)
     else:
@@ -78,3 +79,16 @@ def build_sling(design: SlingLift, method: SheetMethod, pelvis_x: float, bar: Ba
         step=method.step_s,
         bed=design.bed,
     )
+
+
+def _bed_contact(net: Net, bed: Bed, law: SheetFoundation | SheetPenalty) -> BedContact:
+    """Return the bed as the sheet meets it: its own law, or the paper's at each vertex."""
+    if isinstance(law, SheetPenalty):
+        stiffness = np.full(len(net.mass), law.stiffness_n_per_m)
+        damping = np.full(len(net.mass), law.damping_ns_per_m)
+        friction = 0.0, law.friction_force_n, law.friction_velocity_m_per_s
+    else:
+        stiffness = bed.pressure_stiffness_pa_per_m * net.vertex_area
+        damping = bed.damping_time_s * stiffness
+        friction = bed.friction_coefficient, 0.0, bed.slip_speed_m_per_s
+    return BedContact(bed.length_m / 2, bed.width_m / 2, stiffness, damping, *friction)

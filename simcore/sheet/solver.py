@@ -1,12 +1,12 @@
 """What every sheet solver takes and gives."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from simcore.errors import SimulationError
+from simcore.sheet.bed import BedContact
 from simcore.sheet.contact import ContactForce, PlaneContact
 from simcore.sheet.hanging import BarState, Straps
 from simcore.sheet.net import Net
@@ -27,6 +27,8 @@ class Sheet:
         Vertices that keep their velocity whatever pulls at them.
     gravity : (3,) float64
         [m/s²]
+    bed : BedContact or None
+        What it may lie on.
     drag_rate : float
         Damping of all motion, per true mass [1/s].
     """
@@ -35,6 +37,7 @@ class Sheet:
     straps: Straps
     pinned: np.ndarray
     gravity: np.ndarray
+    bed: BedContact | None = None
     # ASSUME: air and seams take out e^−1 of a swing in a second.
     drag_rate: float = 1.0
 
@@ -59,15 +62,17 @@ class Reaction:
 
     Attributes
     ----------
-    contacts : tuple of ContactForce
-        In the order of the contacts given.
+    contact : ContactForce
+    bed_force : (3,) float64
+        Sum over the vertices, world [N].
     strap_force : (s, 3) float64
         On the sheet, from each strap, world [N]; the bar carries its opposite.
     passes : int
         Sub-steps or iterations taken.
     """
 
-    contacts: tuple[ContactForce, ...]
+    contact: ContactForce
+    bed_force: np.ndarray
     strap_force: np.ndarray
     passes: int
 
@@ -78,9 +83,9 @@ class SheetSolver(Protocol):
     sheet: Sheet
 
     def advance(
-        self, state: SheetState, dt: float, contacts: Sequence[PlaneContact], bar: BarState
+        self, state: SheetState, dt: float, contact: PlaneContact, bar: BarState
     ) -> Reaction:
-        """Overwrite the state, and the contacts' anchors, with those dt [s] later.
+        """Overwrite the state, and the contact's anchors and forces, with those dt [s] later.
 
         `bar` is taken at the start of the step; its points move on with its velocity.
 
@@ -92,10 +97,12 @@ class SheetSolver(Protocol):
         ...
 
 
-def make_sheet(net: Net, straps: Straps, pinned: np.ndarray | None = None) -> Sheet:
+def make_sheet(
+    net: Net, straps: Straps, pinned: np.ndarray | None = None, bed: BedContact | None = None
+) -> Sheet:
     """Return a sheet under gravity; nothing is pinned unless told."""
     free = np.zeros(len(net.mass), bool) if pinned is None else pinned
-    return Sheet(net, straps, free, np.array([0.0, 0.0, -GRAVITY]))
+    return Sheet(net, straps, free, np.array([0.0, 0.0, -GRAVITY]), bed)
 
 
 def lay_flat(net: Net, origin: np.ndarray, rotation: np.ndarray | None = None) -> SheetState:

@@ -9,11 +9,6 @@ OFFSET, STIFFNESS, DAMPING, SURFACE_NORMAL, WAS_OPEN = 3, 4, 5, 6, 7  # after th
 ANCHOR, SURFACE, K_T, C_T, COEFFICIENT, SOFTNESS, F_C, EPSILON = 8, 11, 14, 15, 16, 17, 18, 19
 ROW_SIZE = 20
 
-SWEEPS_MAX, SWEEP_TOLERANCE = 50, 1e-3
-"""Most sweeps over the planes of a vertex that has several, and the change of force over force at
-which they end; the forces of the sub-step before are a start from which two or three do."""
-
-
 @njit(cache=True, error_model="numpy")
 def prepare_row(rows, r, inertia, h):
     """Divide the gains of row r by what they are divided by in every sub-step of Eqs. S5 and S6."""
@@ -107,15 +102,13 @@ def _move_on(rows, r, px, py, pz, rate, h, plane):
 
 
 @njit(cache=True, error_model="numpy")
-def solve_singles(rows, single, place, position, velocity, mobility, h, impulse):
-    """Move the vertices that have one plane through a sub-step.
+def solve_planes(rows, place, position, velocity, mobility, h, force, impulse):
+    """Move the vertices that have a plane through a sub-step.
 
     Parameters
     ----------
     rows : (m, ROW_SIZE) float64
         After `prepare_row`; offsets and anchors are moved on.
-    single : (t,) int64
-        Rows to solve.
     place : (m,) int64
         Point of each row.
     position, velocity : (3, N) float64
@@ -123,11 +116,12 @@ def solve_singles(rows, single, place, position, velocity, mobility, h, impulse)
         are overwritten [m, m/s].
     mobility : (N,) float64
         1 / m [1/kg].
+    force : (3, N) float64
+        N n + F, where there is a plane; overwritten [N].
     impulse : (m, 4) float64
         Has h N n + h F and h N added.
     """
-    for t in range(single.size):
-        r = single[t]
+    for r in range(place.size):
         p = place[r]
         rate = h * mobility[p]
         px, py, pz = position[0, p], position[1, p], position[2, p]
@@ -145,55 +139,4 @@ def solve_singles(rows, single, place, position, velocity, mobility, h, impulse)
             impulse[r, 1] += h * fy
             impulse[r, 2] += h * fz
             impulse[r, 3] += h * normal
-
-
-@njit(cache=True, error_model="numpy")
-def solve_severals(rows, several, place, position, velocity, mobility, h, impulse, force):
-    """Move the vertices that have several planes, as between bed and body, through a sub-step.
-
-    Each plane in turn is solved against the forces of the others until none changes
-    (Gauss–Seidel): the step is then backward Euler for all of them together.
-
-    Parameters are those of `solve_singles`, but for
-
-    several : (t, 2) int64
-        First row of each vertex, and the row after its last.
-    force : (m, 3) float64
-        N n + F of each row in the sub-step before, to start from; overwritten [N].
-    """
-    for t in range(several.shape[0]):
-        first, last = several[t, 0], several[t, 1]
-        p = place[first]
-        rate = h * mobility[p]
-        px, py, pz = position[0, p], position[1, p], position[2, p]
-        vx, vy, vz = velocity[0, p], velocity[1, p], velocity[2, p]
-        for r in range(first, last):
-            vx, vy, vz = (vx + rate * force[r, 0], vy + rate * force[r, 1],
-                          vz + rate * force[r, 2])
-        for _ in range(SWEEPS_MAX):
-            change = size = 0.0
-            for r in range(first, last):
-                vx, vy, vz = (vx - rate * force[r, 0], vy - rate * force[r, 1],
-                              vz - rate * force[r, 2])
-                plane = _plane_force(rows, r, px, py, pz, vx, vy, vz, rate, h)
-                fx = plane[1] + plane[0] * rows[r, 0]
-                fy = plane[2] + plane[0] * rows[r, 1]
-                fz = plane[3] + plane[0] * rows[r, 2]
-                change = max(change, abs(fx - force[r, 0]), abs(fy - force[r, 1]),
-                             abs(fz - force[r, 2]))
-                size = max(size, abs(fx), abs(fy), abs(fz))
-                force[r, 0], force[r, 1], force[r, 2] = fx, fy, fz
-                vx, vy, vz = vx + rate * fx, vy + rate * fy, vz + rate * fz
-            if change <= SWEEP_TOLERANCE * size:
-                break
-        for r in range(first, last):
-            fx, fy, fz = force[r, 0], force[r, 1], force[r, 2]
-            plane = _plane_force(
-                rows, r, px, py, pz, vx - rate * fx, vy - rate * fy, vz - rate * fz, rate, h
-            )
-            _move_on(rows, r, px, py, pz, rate, h, plane)
-            impulse[r, 0] += h * fx
-            impulse[r, 1] += h * fy
-            impulse[r, 2] += h * fz
-            impulse[r, 3] += h * (fx * rows[r, 0] + fy * rows[r, 1] + fz * rows[r, 2])
-        velocity[0, p], velocity[1, p], velocity[2, p] = vx, vy, vz
+        force[0, p], force[1, p], force[2, p] = fx, fy, fz
