@@ -2,7 +2,6 @@
 
 import numpy as np
 import pinocchio as pin
-from numba import njit
 
 from simcore.body.capsules import fit_capsules
 from simcore.body.segments import PARENTS, SEGMENTS
@@ -14,6 +13,7 @@ from simcore.body.skin_listed import (
     torque_of_wrenches,
     wrench_listed,
 )
+from simcore.compiled import compiled
 from simcore.config.designs import Joints
 from simcore.contact.neighbours import Neighbours
 from simcore.contact.penalty import penalty_forces
@@ -204,7 +204,7 @@ def joint_gains(model: pin.Model, joints: Joints) -> tuple[np.ndarray, np.ndarra
     return stiffness, damping
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _add_listed(listed, values, total):
     for i in listed:
         total[i] += values[i]

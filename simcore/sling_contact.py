@@ -1,11 +1,11 @@
 """Contact of a sheet with skin: planes for the sheet, forces for the skin."""
 
 import numpy as np
-from numba import njit
 from scipy.spatial import cKDTree
 
 from simcore.body.inscribed import inscribed_radius
 from simcore.body.skin import vertex_normals
+from simcore.compiled import compiled
 from simcore.config.designs import SheetFoundation, SheetPenalty
 from simcore.contact import tracking
 from simcore.errors import SimulationError
@@ -149,7 +149,7 @@ def _flesh_thickness(scene: Scene) -> np.ndarray:
     return THICKNESS_SHARE * radius
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _set_skin_planes(
     vertex, gap, skin, skin_velocity, position, velocity, duration, normal, active, offset,
     surface_velocity, anchor, force,
@@ -176,7 +176,7 @@ def _set_skin_planes(
         active[p] = True
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _press_flesh(
     active, vertex, gap, thickness, area, modulus, damping_time, stiffness, damping,
     tangential_stiffness, tangential_damping, offset,
@@ -202,7 +202,7 @@ def _press_flesh(
         tangential_damping[p] = SHEAR_SHARE * damping[p]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _react(vertex, force, normal_force, touched_before, skin_force, skin_normal):
     """Write the opposite of the sheet's contact forces on the skin; return the skin vertices."""
     for i in touched_before:

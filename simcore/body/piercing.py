@@ -1,9 +1,8 @@
 """Where a triangulated surface pierces itself."""
 
-import numba
 import numpy as np
 
-njit = numba.njit(cache=True, error_model="numpy", fastmath=False)
+from simcore.compiled import compiled
 
 
 def piercing_faces(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -22,7 +21,7 @@ def piercing_faces(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return _crossed(points, faces, normals, low, high, first, last, shape, starts, members)
 
 
-@njit
+@compiled
 def _fill_cells(first, last, shape):
     """The triangles `members[starts[c]:starts[c + 1]]` whose boxes reach into each cell c."""
     starts = np.zeros(shape[0] * shape[1] * shape[2] + 1, np.int64)
@@ -44,7 +43,7 @@ def _fill_cells(first, last, shape):
     return starts, members
 
 
-@njit
+@compiled
 def _crossed(points, faces, normals, low, high, first, last, shape, starts, members):
     flags = np.zeros(len(faces), np.bool_)
     for f in range(len(faces)):
@@ -66,7 +65,7 @@ def _crossed(points, faces, normals, low, high, first, last, shape, starts, memb
     return flags
 
 
-@njit
+@compiled
 def _an_edge_crosses(points, faces, normals, f, g):
     """Whether an edge of triangle f passes through triangle g without a common corner."""
     a, b, c = faces[g]
@@ -85,7 +84,7 @@ def _an_edge_crosses(points, faces, normals, f, g):
     return False
 
 
-@njit
+@compiled
 def _height(points, normals, p, a, g):
     """Height of point p over the plane of triangle g, which has corner a, times twice g's area."""
     return (

@@ -8,7 +8,6 @@ can turn a thin part inside out: edges are shorter there, and the rounds end on 
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -22,6 +21,7 @@ from simcore.body.remesh_operations import (
     relax,
     split_long,
 )
+from simcore.compiled import compiled
 
 ITERATIONS, MOST_ITERATIONS = 10, 40
 # A toe or finger of three edges around folds at the next collapse.  Where the largest ball inside
@@ -30,8 +30,6 @@ EDGE_PER_RADIUS, SMALLEST_SHARE = 1.4, 0.7
 # A surface is sound within these: smallest angle [rad], edge lengths over their mean.
 SOUND_ANGLE, SOUND_EDGES = np.radians(13.0), (0.3, 1.6)
 CANDIDATE_VERTICES = 10  # nearest source vertices whose triangles are searched for a projection
-
-njit = numba.njit(cache=True, error_model="numpy", fastmath=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +156,7 @@ def _normals(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return normals
 
 
-@njit
+@compiled
 def _closest_in_triangle(p, a, b, c):
     """Barycentric coordinates of the point of triangle abc nearest p (Ericson 2005, § 5.1.5)."""
     ab, ac, ap = b - a, c - a, p - a
@@ -187,7 +185,7 @@ def _closest_in_triangle(p, a, b, c):
     return va / total, vb / total, vc / total
 
 
-@njit
+@compiled
 def _closest(points, normals, candidates, vertices, faces):
     """Nearest of the candidate triangles that face the same way as the vertex normal."""
     found = np.empty_like(points)

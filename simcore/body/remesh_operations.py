@@ -6,16 +6,15 @@ numbers of points and triangles in use.  `sizes` (room,) is the target edge [m] 
 of an edge is the mean of its ends'.  All work in place.
 """
 
-import numba
 import numpy as np
+
+from simcore.compiled import compiled
 
 MAX_VALENCE = 24
 LONGEST, SHORTEST = 4 / 3, 4 / 5  # of the target edge; Botsch and Kobbelt (2004)
 
-njit = numba.njit(cache=True, error_model="numpy", fastmath=False)
 
-
-@njit
+@compiled
 def fill_incident(faces, incident, valence):
     """Fill `incident` and `valence` from the triangles."""
     for f in range(len(faces)):
@@ -25,13 +24,13 @@ def fill_incident(faces, incident, valence):
             valence[v] += 1
 
 
-@njit
+@compiled
 def _attach(incident, valence, v, f):
     incident[v, valence[v]] = f
     valence[v] += 1
 
 
-@njit
+@compiled
 def _detach(incident, valence, v, f):
     for i in range(valence[v]):
         if incident[v, i] == f:
@@ -40,7 +39,7 @@ def _detach(incident, valence, v, f):
             return
 
 
-@njit
+@compiled
 def _face_with_edge(faces, incident, valence, a, b):
     """The triangle in which b follows a, and its third vertex; −1 when there is none."""
     for i in range(valence[a]):
@@ -51,24 +50,24 @@ def _face_with_edge(faces, incident, valence, a, b):
     return -1, -1
 
 
-@njit
+@compiled
 def _replace(faces, f, old, new):
     for k in range(3):
         if faces[f, k] == old:
             faces[f, k] = new
 
 
-@njit
+@compiled
 def _set(faces, f, a, b, c):
     faces[f, 0], faces[f, 1], faces[f, 2] = a, b, c
 
 
-@njit
+@compiled
 def _cross(points, a, b, c):
     return np.cross(points[b] - points[a], points[c] - points[a])
 
 
-@njit
+@compiled
 def split_long(points, faces, incident, valence, counts, sizes):
     """Halve every edge longer than LONGEST times its target."""
     f = 0
@@ -111,7 +110,7 @@ def split_long(points, faces, incident, valence, counts, sizes):
         f += 1
 
 
-@njit
+@compiled
 def _shared_neighbours(faces, incident, valence, a, b):
     """Number of vertices joined by an edge to both a and b."""
     count = 0
@@ -128,7 +127,7 @@ def _shared_neighbours(faces, incident, valence, a, b):
     return count
 
 
-@njit
+@compiled
 def _may_move(points, faces, incident, valence, v, other, target, longest):
     """Whether v may go to `target` without a long edge or a triangle turned over."""
     for i in range(valence[v]):
@@ -148,7 +147,7 @@ def _may_move(points, faces, incident, valence, v, other, target, longest):
     return True
 
 
-@njit
+@compiled
 def collapse_short(points, faces, incident, valence, counts, sizes):
     """Merge the ends of edges shorter than SHORTEST times their target.
 
@@ -194,14 +193,14 @@ def collapse_short(points, faces, incident, valence, counts, sizes):
             break
 
 
-@njit
+@compiled
 def _flip_evens_valence(a, b, c, d):
     """Whether edge ab → cd brings the four valences nearer 6 (a and b lose one, c and d gain)."""
     before = abs(a - 6) + abs(b - 6) + abs(c - 6) + abs(d - 6)
     return abs(a - 7) + abs(b - 7) + abs(c - 5) + abs(d - 5) < before
 
 
-@njit
+@compiled
 def flip_for_valence(points, faces, incident, valence, counts):
     """Flip edges where that brings valences nearer 6 and turns no triangle over."""
     for f in range(counts[1]):
@@ -237,7 +236,7 @@ def flip_for_valence(points, faces, incident, valence, counts):
             break
 
 
-@njit
+@compiled
 def relax(points, faces, incident, valence, counts):
     """Move each vertex within its tangent plane to the area-weighted centre of its ring."""
     moved = points[: counts[0]].copy()

@@ -9,13 +9,11 @@ With α_ij the skin weight of vertex i on segment j and p_ij the vertex in that 
 
 from dataclasses import dataclass, fields
 
-import numba
 import numpy as np
 import pinocchio as pin
 
 from simcore.body.segments import PARENTS
-
-njit = numba.njit(cache=True, error_model="numpy", fastmath=False)
+from simcore.compiled import compiled
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +167,7 @@ def _offsets(owners: np.ndarray, count: int) -> np.ndarray:
     return np.concatenate([[0], np.cumsum(np.bincount(owners, minlength=count))]).astype(np.int32)
 
 
-@njit
+@compiled
 def _blend(offsets, segments, weights, points, rotations, positions):
     vertices = np.zeros((len(offsets) - 1, 3))
     for i in range(len(vertices)):
@@ -181,7 +179,7 @@ def _blend(offsets, segments, weights, points, rotations, positions):
     return vertices
 
 
-@njit
+@compiled
 def _blend_velocity(offsets, segments, weights, points, rotations, linear, angular):
     velocities = np.zeros((len(offsets) - 1, 3))
     for i in range(len(velocities)):
@@ -192,7 +190,7 @@ def _blend_velocity(offsets, segments, weights, points, rotations, linear, angul
     return velocities
 
 
-@njit
+@compiled
 def _wrench(offsets, segments, weights, points, rotations, forces):
     wrench = np.zeros((len(rotations), 6))
     for i in range(len(offsets) - 1):
@@ -204,7 +202,7 @@ def _wrench(offsets, segments, weights, points, rotations, forces):
     return wrench
 
 
-@njit
+@compiled
 def _vertex_normals(offsets, pairs, vertices):
     normals = np.zeros_like(vertices)
     for i in range(len(normals)):

@@ -1,9 +1,9 @@
 """Skinning of listed vertices only, and its transpose: the fast path of `simcore.body.skin`."""
 
 import numpy as np
-from numba import njit
 
 from simcore.body.skin import Skin
+from simcore.compiled import compiled
 
 
 def segment_balls(skin: Skin, segment_count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -49,7 +49,7 @@ def edge_change_rate(
     return rate
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def blend_listed(listed, offsets, segments, weights, points, rotations, positions, vertices):
     """Write the positions of the listed vertices into `vertices` (n, 3): Eq. 3."""
     frames = np.empty((rotations.shape[0], 12))
@@ -71,7 +71,7 @@ def blend_listed(listed, offsets, segments, weights, points, rotations, position
         vertices[i, 2] = z
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def blend_motion_listed(
     listed, offsets, segments, weights, points, rotations, positions, local_velocities, vertices,
     velocities,
@@ -112,7 +112,7 @@ def blend_motion_listed(
         velocities[i, 2] = w
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def wrench_listed(listed, offsets, segments, weights, points, rotations, force, wrench):
     """Write force and moment about each segment's origin (m, 6) of forces on listed vertices."""
     wrench[:] = 0.0
@@ -134,7 +134,7 @@ def wrench_listed(listed, offsets, segments, weights, points, rotations, force, 
             wrench[j, 5] += weight * (x * fy - y * fx)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def torque_of_wrenches(wrench, positions, jacobian, parents, first_dof, dof_count, torque):
     """Write τ = J_Bᵀ (f, m) (nv,) of wrenches about the segment origins (m, 6): Eqs. 10 to 12.
 

@@ -1,10 +1,11 @@
 """Contact of the skin with a flat, springy mattress."""
 
 import numpy as np
-from numba import njit
+
+from simcore.compiled import compiled
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def near_bed(vertices, height, half_length, half_width):
     """Return the skin vertices (l,) over the bed and lower than a height [m]."""
     near = np.empty(vertices.shape[0], np.int64)
@@ -17,7 +18,7 @@ def near_bed(vertices, height, half_length, half_width):
     return near[:count].copy()
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def bed_forces(
     listed, vertices, velocities, area, stiffness, damping_time, friction, slip_speed, force,
     normal_force,

@@ -6,6 +6,8 @@ import numpy as np
 from numba import njit
 from scipy.spatial import cKDTree
 
+from simcore.compiled import compiled
+
 SKIN_EDGE = 0.03
 """Edge of the cells that skin vertices are sorted into [m]; tuned for time, without effect on the
 result (docs/performance.md)."""
@@ -45,7 +47,7 @@ def build_clearance_grid(vertices: np.ndarray, edge: float, margin: float) -> Cl
     return ClearanceGrid(origin, edge, shape, clearance, margin)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def to_device(points, rotation, position, out):
     """Write world points (n, 3) in the device frame."""
     for i in range(points.shape[0]):
@@ -55,7 +57,7 @@ def to_device(points, rotation, position, out):
             out[i, a] = rotation[0, a] * x + rotation[1, a] * y + rotation[2, a] * z
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def look_up_clearance(points, origin, edge, shape, clearance, margin, out):
     """Write a lower bound of each point's distance from the device vertices [m].
 
@@ -103,7 +105,7 @@ def build_patches(vertices: np.ndarray, edge: float) -> Patches:
     return Patches(offsets, order, centre, np.maximum.reduceat(distance[order], offsets[:-1]))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def near_pairs(
     skin, chosen, device, patch_offsets, patch_vertex, patch_centre, patch_radius, radius, slack
 ):
@@ -186,7 +188,7 @@ def near_pairs(
     return rows[:row_count].copy(), offsets[: row_count + 1].copy(), candidates[:total].copy()
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def nearest_within(skin, points, chosen, reach):
     """Return distance [m] and index of the skin vertex nearest to each chosen point.
 
@@ -254,7 +256,7 @@ def _gather(point, low, shape, starts, cx, cy, cz, radius, near, square):
     return count, least
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _sort_into_cells(skin, chosen):
     """Return the chosen skin vertices sorted by cubic cell: lowest corner, shape, cell starts,
     vertex and position of each."""

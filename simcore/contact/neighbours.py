@@ -7,8 +7,8 @@ hold idx(k) of section V.A wherever d_k can be positive, equal to a search over 
 """
 
 import numpy as np
-from numba import njit
 
+from simcore.compiled import compiled
 from simcore.contact.neighbour_grid import (
     build_clearance_grid,
     build_patches,
@@ -156,7 +156,7 @@ class Neighbours:
         )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _write_relative(rotations, positions, rotation, position, out):
     """Write each segment's pose in the device frame as [R | x]."""
     for j in range(out.shape[0]):
@@ -172,7 +172,7 @@ def _write_relative(rotations, positions, rotation, position, out):
                 out[j, a, b] = total
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _used_up(
     rotations, positions, rotation, position, centre, radius, outer_pose, outer_allowance,
     inner_pose, inner_allowance,
@@ -189,7 +189,7 @@ def _used_up(
     return False, inner
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _motion_bound(now, then, centre, radius):
     """Return a bound of how far any point of a ball has moved between two poses [m].
 
@@ -207,7 +207,7 @@ def _motion_bound(now, then, centre, radius):
     return np.sqrt(shift) + np.sqrt(frobenius / 2) * radius
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _with_rings(chosen, ring_offsets, ring_next, count):
     """Return the chosen vertices and their one-rings, sorted, each once."""
     chosen_before = np.zeros(count, np.bool_)
@@ -221,7 +221,7 @@ def _with_rings(chosen, ring_offsets, ring_next, count):
     return np.flatnonzero(mark)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def vertex_normal(vertices, i, ring_offsets, ring_next):
     """Return the area-weighted unit normal of skin vertex i."""
     nx = ny = nz = 0.0
@@ -238,7 +238,7 @@ def vertex_normal(vertices, i, ring_offsets, ring_next):
     return nx / length, ny / length, nz / length
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def normal_change(vertices, i, ring_offsets, ring_next, edge_change):
     """Return a bound of how far the unit normal of skin vertex i moves when the skin is deformed.
 
@@ -263,7 +263,7 @@ def normal_change(vertices, i, ring_offsets, ring_next, edge_change):
     return np.sqrt(2.0) * change / length if change < length else 2.0
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _can_touch(
     rows, offsets, candidates, vertices, ring_offsets, ring_next, edge_change_rate, device_vertices,
     rotation, position, slack,
@@ -321,7 +321,7 @@ def _can_touch(
     return kept_rows[:count].copy(), kept_offsets[: count + 1].copy(), kept[:total].copy()
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _nearest_by_segment(offsets, segments, clearance, listed, segment_count):
     """Return each segment's least skin clearance [m], and whether it carries a listed vertex."""
     nearest = np.full(segment_count, np.inf)
@@ -335,7 +335,7 @@ def _nearest_by_segment(offsets, segments, clearance, listed, segment_count):
     return nearest, used
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def to_world(points, k, rotation, position):
     """Return point k of a frame in the world."""
     x, y, z = points[k, 0], points[k, 1], points[k, 2]

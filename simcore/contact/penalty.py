@@ -1,12 +1,12 @@
 """Penalty contact and regularised friction at device vertices: Eqs. 6 and 7 with the errata."""
 
 import numpy as np
-from numba import njit
 
+from simcore.compiled import compiled
 from simcore.contact.neighbours import to_world, vertex_normal
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def penalty_forces(
     rows, offsets, candidates, listed, vertices, velocities, ring_offsets, ring_next,
     device_vertices, rotation, position, linear_velocity, angular_velocity, stiffness, damping,

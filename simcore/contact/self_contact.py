@@ -3,8 +3,10 @@
 import numpy as np
 from numba import njit
 
+from simcore.compiled import compiled
 
-@njit(cache=True, error_model="numpy")
+
+@compiled
 def overlaps(pairs, ends, radius, rotations, positions):
     """Return by how much each pair of capsules overlaps (p,) [m], negative when apart."""
     overlap = np.empty(pairs.shape[0])
@@ -13,7 +15,7 @@ def overlaps(pairs, ends, radius, rotations, positions):
     return overlap
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def add_self_contact(
     pairs, ends, radius, allowed, rotations, positions, local_velocities, stiffness, damping,
     wrench,
@@ -72,7 +74,7 @@ def _end(segment, end, ends, rotations, positions):
     return _world(segment, point, rotations, positions)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _meet(i, j, ends, radius, rotations, positions):
     """Return overlap, unit vector from i to j, and the nearest points of the two axes (world).
 
@@ -107,7 +109,7 @@ def _dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _velocity(segment, point, rotations, positions, local):
     """Return the world velocity (3) of a world point that moves with a segment."""
     r = rotations[segment]
@@ -121,7 +123,7 @@ def _velocity(segment, point, rotations, positions, local):
             linear[2] + turn[0] * y - turn[1] * x)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _add(segment, point, force, positions, wrench):
     x, y, z = (point[0] - positions[segment, 0], point[1] - positions[segment, 1],
                point[2] - positions[segment, 2])

@@ -7,8 +7,8 @@ the nearest of all vertices.
 """
 
 import numpy as np
-from numba import njit
 
+from simcore.compiled import compiled
 from simcore.contact.neighbour_grid import nearest_within
 from simcore.contact.neighbours import vertex_normal
 
@@ -104,7 +104,7 @@ class SurfaceTracker:
         self._clear[:] = self.gap
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _ways(points, points_then, vertices, vertices_then, shift, way):
     """Write how far each point can have come towards the skin, seen from what moved by `shift`."""
     furthest = 0.0
@@ -121,7 +121,7 @@ def _ways(points, points_then, vertices, vertices_then, shift, way):
         way[p] = np.sqrt(x * x + y * y + z * z) + furthest
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _follow(points, vertices, ring_offsets, ring_next, clear, way, vertex, normal, gap):
     """Walk every followed point downhill; write its skin vertex, normal and gap.
 

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
+
+from simcore.compiled import compiled
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +34,7 @@ class BedContact:
     slip_speed: float
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def push_from_bed(
     x, y, z, u, v, w, other_x, other_y, other_z, mobility, stiffness, damping, half_length,
     half_width, friction, friction_force, slip_speed, h, impulse_x, impulse_y, impulse_z,

@@ -1,8 +1,8 @@
 """Explicit sub-steps of a sheet with contact implicit on the vertex: the default solver."""
 
 import numpy as np
-from numba import njit
 
+from simcore.compiled import compiled
 from simcore.errors import DesignError
 from simcore.sheet.bed import BedContact, push_from_bed
 from simcore.sheet.contact import PlaneContact
@@ -190,7 +190,7 @@ class _Grid:
             self.bed_damping[self.place] = sheet.bed.damping
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _substeps(
     vertex_position, vertex_velocity, place, position, velocity, velocity_single, force, h, count,
     offsets, stiffness, rest_length, buckling_strain, share, damping_time, factor, pad, mobility,
@@ -246,19 +246,19 @@ def _substeps(
                 rows[r, ANCHOR + axis] = vertex_position[row_vertex[r], axis]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _accelerate(velocity, force, mobility, drag, h):
     for p in range(velocity.size):
         velocity[p] += h * mobility[p] * (force[p] - drag[p] * velocity[p])
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _move(position, velocity, h):
     for p in range(position.size):
         position[p] += h * velocity[p]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _add_strap(
     s, position, velocity, force, time, h, bar_point, bar_velocity, length, stiffness, damping,
     patch_start, patch_place, patch_weight, impulse,

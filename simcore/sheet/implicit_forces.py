@@ -1,8 +1,8 @@
 """Forces on a sheet at the end of a backward Euler step, in double precision (Eqs. S9, S10)."""
 
 import numpy as np
-from numba import njit
 
+from simcore.compiled import compiled
 from simcore.sheet.vertex_contact import (
     ANCHOR,
     C_T,
@@ -17,7 +17,7 @@ from simcore.sheet.vertex_contact import (
 )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def add_springs(position, vertices, stiffness, rest_length, buckling_strain, share, force):
     """Add the force of every spring (Eq. 5) to both of its ends (n, 3) [N].
 
@@ -43,7 +43,7 @@ def add_springs(position, vertices, stiffness, rest_length, buckling_strain, sha
         force[j, 2] -= fz
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def add_straps(
     position, start, h, bar_point, bar_velocity, length, stiffness, damping, patch_start,
     patch_vertex, patch_weight, force, strap_force,
@@ -73,7 +73,7 @@ def add_straps(
                 force[patch_vertex[e], axis] += patch_weight[e] * strap_force[s, axis]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def add_contact(position, start, h, rows, vertex, force, row_force, row_anchor):
     """Add contact and friction of every row to its vertex, and write them.
 
@@ -135,7 +135,7 @@ def add_contact(position, start, h, rows, vertex, force, row_force, row_anchor):
         row_force[r, 3] = normal
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def add_bed(
     position, start, h, half_length, half_width, stiffness, damping, friction, friction_force,
     slip_speed, force, total,

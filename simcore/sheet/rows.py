@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from simcore.compiled import compiled
 from simcore.sheet.contact import ContactForce, PlaneContact
 from simcore.sheet.vertex_contact import (
     ANCHOR,
@@ -66,7 +66,7 @@ def scatter_rows(rows: Rows, contact: PlaneContact, duration: float) -> ContactF
     return ContactForce(force, normal)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _fill(
     data, vertex, normal, offset, stiffness, damping, surface_velocity, tangential_stiffness,
     tangential_damping, anchor, friction_coefficient, friction_velocity, friction_force,

@@ -1,13 +1,14 @@
 """Forces of the springs of a net on its grid, in a form that compilers vectorise (Eqs. 5, S3)."""
 
 import numpy as np
-from numba import njit
+
+from simcore.compiled import compiled
 
 TINY = np.float32(1e-24)
 """Added to squared lengths [m²]: no division by zero between absent grid points."""
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def add_spring_forces(
     position, velocity, force, offsets, stiffness, rest_length, buckling_strain, share,
     damping_time, factor, pad,
@@ -74,7 +75,7 @@ def add_spring_forces(
             )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _factors(
     ax, ay, az, bx, by, bz, au, av, aw, bu, bv, bw, stiffness, rest_length, buckling, share,
     damping_time, factor,
@@ -94,7 +95,7 @@ def _factors(
         factor[p] = stiffness[p] * (stretch + damping_time * rate * inverse * inverse)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _gather(
     force, x, x_a, a_x, x_b, b_x, x_c, c_x, from_a, to_a, from_b, to_b, from_c, to_c
 ):

@@ -3,13 +3,15 @@
 import numpy as np
 from numba import njit
 
+from simcore.compiled import compiled
+
 # Columns of a contact row; vectors take three. What an open plane needs comes first and fits into
 # one line of the cache.
 OFFSET, STIFFNESS, DAMPING, SURFACE_NORMAL, WAS_OPEN = 3, 4, 5, 6, 7  # after the normal at 0
 ANCHOR, SURFACE, K_T, C_T, COEFFICIENT, SOFTNESS, F_C, EPSILON = 8, 11, 14, 15, 16, 17, 18, 19
 ROW_SIZE = 20
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def prepare_row(rows, r, inertia, h):
     """Divide the gains of row r by what they are divided by in every sub-step of Eqs. S5 and S6."""
     for stiffness, damping in ((STIFFNESS, DAMPING), (K_T, C_T)):
@@ -101,7 +103,7 @@ def _move_on(rows, r, px, py, pz, rate, h, plane):
             rows[r, ANCHOR + 2] += ez + h * (uz + rate * fz) + fz * softness
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def solve_planes(rows, place, position, velocity, mobility, h, force, impulse):
     """Move the vertices that have a plane through a sub-step.
 
