@@ -14,11 +14,12 @@ VERSIONED = ("simcore", "numpy", "scipy", "pin", "numba", "xarray", "netCDF4", "
 
 @cache
 def simulation_digest() -> str:
-    """Return the digest of all sources that decide a simulation's result."""
+    """Return the digest of all sources and data tables that decide a simulation's result."""
     return _digest(
         file
-        for file in PACKAGE.rglob("*.py")
-        if file.relative_to(PACKAGE).parts[0] not in PRESENTATION
+        for file in PACKAGE.rglob("*")
+        if file.suffix in (".py", ".csv")
+        and file.relative_to(PACKAGE).parts[0] not in PRESENTATION
     )
 
 

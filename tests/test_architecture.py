@@ -17,7 +17,7 @@ JOINTS = ("scene", "interaction", "sling_contact", "sling_interaction", "recorde
 """What joins the rooms below, in the direction of the data: each may import those before it."""
 
 
-SHARED = ("pressure", "provenance")
+SHARED = ("limits", "pressure", "provenance")
 """Know no other room."""
 
 

@@ -16,7 +16,9 @@ from simcore.body.skeleton import build_model, configuration_of
 from simcore.body.skin import SKIN_FIELDS, Skin
 
 # Modules that use a finished body; any other module of this package may change what is cached.
-CONSUMERS = {"__init__", "build", "capsules", "describe", "posture", "reach", "skin_listed"}
+CONSUMERS = {
+    "__init__", "build", "capsules", "describe", "posture", "reach", "skin_listed", "tissue"
+}
 
 
 @dataclass(frozen=True, eq=False)
