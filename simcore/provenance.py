@@ -6,8 +6,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent
-PRESENTATION = ("report", "cli.py")
-"""Parts of the package that show results and do not decide them."""
+PRESENTATION = ("report", "cli.py", "limits")
+"""Parts of the package that show or judge results and do not decide them."""
 
 VERSIONED = ("simcore", "numpy", "scipy", "pin", "numba", "xarray", "netCDF4", "anny")
 
