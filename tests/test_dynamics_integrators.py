@@ -65,7 +65,7 @@ def test_energy_and_momentum_drift_at_fourth_order(flying):
 
     start = conserved(q, v)
     drift = []
-    for steps in (8, 16, 32):
+    for steps in (16, 32, 64):
         end = conserved(*run(model, free(model), q, v, 0.08, steps))
         change = end - start
         drift.append([abs(change[0]), np.linalg.norm(change[1:4]), np.linalg.norm(change[4:])])
@@ -92,7 +92,7 @@ def test_mass_centre_of_a_limp_fall_errs_at_fourth_order(flying):
     start, velocity = pin.centerOfMass(model, data, q, v).copy(), data.vcom[0].copy()
     expected = start + 0.08 * velocity + 0.08**2 / 2 * model.gravity.linear
     errors = []
-    for steps in (8, 16, 32):
+    for steps in (16, 32, 64):
         end, _ = run(model, free(model), q, v, 0.08, steps)
         errors.append(np.linalg.norm(pin.centerOfMass(model, data, end) - expected))
     assert observed_orders(errors).min() > 3.8, errors

@@ -50,26 +50,34 @@ TRUNK = (
 )
 
 
-def _limbs(side: str) -> tuple[Segment, ...]:
+LEG = (
+    ("thigh", "pelvis", "spherical", "hip", ("upperleg01",), ("upperleg",)),
+    ("shank", "thigh", "flexion", "knee", ("lowerleg01",), ("lowerleg",)),
+    ("foot", "shank", "spherical", "ankle", ("foot",), ("foot",)),
+    ("toe", "foot", "extension", "toe", TOES, ("toe",)),
+)
+ARM = (
+    ("upper_arm", "thoracic", "spherical", "shoulder", ("upperarm01",), ("upperarm",)),
+    ("forearm", "upper_arm", "spherical", "elbow", ("lowerarm01",), ("lowerarm",)),
+    ("hand", "forearm", "spherical", "wrist", ("wrist",), HAND_BONES),
+)
+
+
+def _limb(rows: tuple, side: str) -> tuple[Segment, ...]:
     mark = "." + side[0].upper()
-
-    def limb(name, parent, joint, anatomy, origin, bones):
-        parent = parent if parent in ("pelvis", "thoracic") else f"{parent}_{side}"
-        return Segment(f"{name}_{side}", parent, joint, f"{anatomy}_{side}",
-                       tuple(bone + mark for bone in origin), tuple(bones))
-
-    return (
-        limb("thigh", "pelvis", "spherical", "hip", ("upperleg01",), ("upperleg",)),
-        limb("shank", "thigh", "flexion", "knee", ("lowerleg01",), ("lowerleg",)),
-        limb("foot", "shank", "spherical", "ankle", ("foot",), ("foot",)),
-        limb("toe", "foot", "extension", "toe", TOES, ("toe",)),
-        limb("upper_arm", "thoracic", "spherical", "shoulder", ("upperarm01",), ("upperarm",)),
-        limb("forearm", "upper_arm", "spherical", "elbow", ("lowerarm01",), ("lowerarm",)),
-        limb("hand", "forearm", "spherical", "wrist", ("wrist",), HAND_BONES),
-    )
+    segments = []
+    for name, parent, joint, anatomy, origin, bones in rows:
+        above = parent if parent in ("pelvis", "thoracic") else f"{parent}_{side}"
+        heads = tuple(bone + mark for bone in origin)
+        segments.append(Segment(f"{name}_{side}", above, joint, f"{anatomy}_{side}", heads, bones))
+    return tuple(segments)
 
 
-SEGMENTS = TRUNK + _limbs("left") + _limbs("right")
+# Depth first: with another order Pinocchio's mass matrix is wrong without a word
+# (stack-of-tasks/pinocchio, issue 1897).
+SEGMENTS = (
+    *TRUNK, *_limb(ARM, "left"), *_limb(ARM, "right"), *_limb(LEG, "left"), *_limb(LEG, "right"),
+)
 SEGMENT_NAMES = tuple(segment.name for segment in SEGMENTS)
 INDEX = {name: index for index, name in enumerate(SEGMENT_NAMES)}
 PARENTS = tuple(-1 if s.parent is None else INDEX[s.parent] for s in SEGMENTS)
