@@ -1,15 +1,33 @@
-"""Compilation of the kernels: to machine code, once a machine, kept beside the source.
+"""Compilation of the kernels to machine code, once a machine.
 
-Several processes of a sweep may compile the same kernel at once. Numba numbers the entries of a
-kernel's cache without a lock: two processes that compile it for different types can write the
-code of the one under the number of the other, and the next process that loads it crashes.
+Two faults of numba's cache are mended here. It does not see that a kernel calls another of a file
+that has changed: the code is kept in a folder named by the sources of all kernels. And it numbers
+the entries of a kernel without a lock: of two processes that compile it for different types at
+once, one can write its code under the other's number, and the next process to load it crashes.
 """
 
 import fcntl
+import hashlib
 from pathlib import Path
 
+import numba
 from numba import njit
 from numba.core.caching import IndexDataCacheFile
+
+from simcore.cache import cache_folder
+
+
+def _source_digest() -> str:
+    """Return the digest of all files with kernels."""
+    digest = hashlib.sha256()
+    for file in sorted(Path(__file__).parent.rglob("*.py")):
+        text = file.read_bytes()
+        if b"compiled" in text:
+            digest.update(text)
+    return digest.hexdigest()[:16]
+
+
+numba.config.CACHE_DIR = str(cache_folder() / "kernels" / _source_digest())
 
 compiled = njit(cache=True, error_model="numpy")
 """Decorator of a kernel; division by zero gives infinity, as in numpy."""

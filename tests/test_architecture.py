@@ -11,7 +11,7 @@ SOURCES = sorted(PACKAGE.rglob("*.py"))
 SCRIPTS = sorted((ROOT / "workflow").rglob("*.py"))
 
 SIBLINGS = ("body", "device", "contact", "dynamics", "sheet")
-FOUNDATION = {"errors", "config", "compiled"}
+FOUNDATION = {"errors", "cache", "compiled", "config"}
 JOINTS = ("scene", "interaction", "sling_contact", "sling_interaction", "recorder", "simulate",
           "metrics", "dataset", "sweep", "report", "cli")
 """What joins the rooms below, in the direction of the data: each may import those before it."""
@@ -70,8 +70,9 @@ def test_contact_and_dynamics_know_no_designs(room):
             assert rooms_imported(path) <= {"errors", "compiled"}, path
 
 
-def test_errors_know_nothing_and_config_only_errors():
+def test_errors_and_cache_know_nothing_and_config_only_errors():
     assert not rooms_imported(PACKAGE / "errors.py")
+    assert not rooms_imported(PACKAGE / "cache.py")
     for path in SOURCES:
         if room_of(path) == "config":
             assert rooms_imported(path) <= {"errors"}, path

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from simcore.body.cache import cache_folder, cached_arrays, content_key
 from simcore.body.makehuman import DATA
 from simcore.body.reach import check_body
 from simcore.body.regions import REGION_NAMES
 from simcore.body.segments import SEGMENT_NAMES
 from simcore.body.skeleton import build_model, configuration_of
 from simcore.body.skin import SKIN_FIELDS, Skin
+from simcore.cache import cache_folder, cached_arrays, content_key
 
 # Modules that use a finished body; any other module of this package may change what is cached.
 CONSUMERS = {
@@ -77,7 +77,7 @@ def build_body(design, name: str | None = None) -> Body:
         for key in ("sex", "age_years", "stature_m", "mass_kg", "inertia", "skin_vertices")
     }
     producers = {source.stem for source in Path(__file__).parent.glob("*.py")} - CONSUMERS
-    key = content_key(producers, DATA, json.dumps(values, sort_keys=True))
+    key = content_key("body", producers, DATA, json.dumps(values, sort_keys=True))
 
     def construct():
         from simcore.body.construct import construct_body  # scipy: only when there is work

@@ -5,7 +5,6 @@ from functools import lru_cache
 import numpy as np
 import scipy.sparse as sparse
 
-from simcore.body.cache import cache_folder, cached_arrays, content_key
 from simcore.body.inertia import SegmentInertias, inertia_from_de_leva, inertia_from_mesh
 from simcore.body.makehuman import DATA, SOURCES, load_template
 from simcore.body.phenotype import BodyFamily, body_family, fit_phenotype
@@ -14,6 +13,7 @@ from simcore.body.remesh import remesh
 from simcore.body.skeleton import Skeleton, build_skeleton, joint_placements
 from simcore.body.skin import SKIN_FIELDS, build_skin, vertex_normals
 from simcore.body.surface import closing_operator, remesh_operator
+from simcore.cache import cache_folder, cached_arrays, content_key
 from simcore.errors import DesignError
 
 SMALLEST_WEIGHT = 0.01  # ASSUME: skin weights below this are dropped and the rest renormalised
@@ -67,7 +67,7 @@ def construct_body(design, name: str) -> dict[str, np.ndarray]:
 
 @lru_cache(maxsize=1)
 def _closing() -> sparse.csr_matrix:
-    key = content_key((*SOURCES, "surface"), DATA)
+    key = content_key("body", (*SOURCES, "surface"), DATA)
     path = cache_folder() / "makehuman" / f"closing-{key}.npz"
 
     def make():

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from simcore.body.cache import cache_folder, cached_arrays, content_key
 from simcore.body.segments import SEGMENTS, segment_of_bone
+from simcore.cache import cache_folder, cached_arrays, content_key
 
 DECIMETRE = 0.1  # [m], unit of base.obj and of the target files
 BODY_VERTEX_COUNT = 13380  # group `body` of base.obj; the rest is helper geometry
@@ -53,7 +53,8 @@ def data_folder() -> Path:
 
 def load_template() -> Template:
     """Read base.obj, the default rig and its weights (cached)."""
-    path = cache_folder() / "makehuman" / f"template-{content_key(SOURCES, DATA)}.npz"
+    key = content_key("body", SOURCES, DATA)
+    path = cache_folder() / "makehuman" / f"template-{key}.npz"
     arrays = cached_arrays(path, _parse_template)
     joints = {
         name.removeprefix("joint "): vertices
@@ -79,7 +80,7 @@ def load_corners(sex: str, older_age: int) -> np.ndarray:
     (2, 3, 3, 2, 19158, 3) float32
         Axes: age, muscle, weight, height, vertex, coordinate [m].
     """
-    key = content_key(SOURCES, DATA, sex, AGES[older_age])
+    key = content_key("body", SOURCES, DATA, sex, AGES[older_age])
     path = cache_folder() / "makehuman" / f"corners-{sex}-{AGES[older_age]}-{key}.npz"
     ages = AGES[older_age - 1], AGES[older_age]
     return cached_arrays(path, lambda: {"corners": _parse_corners(sex, ages)})["corners"]

@@ -11,6 +11,14 @@ import numpy as np
 
 from simcore.config.robotic_lift import CORNER_RADIUS_MIN, SeatAndBackrest
 
+SOLID_DEPTH = 0.12
+"""Depth to which matter is thought behind a carrying side [m]: flesh pressed less than half as
+deep is pushed back to the side it came from.  ASSUME: flesh gives way by 2 to 4 cm."""
+
+FLARE = 0.5
+"""How far the sides of that matter run outwards on the way down.  ASSUME: steep enough to leave
+room for arms beside the seat."""
+
 
 @dataclass(frozen=True, eq=False)
 class Surface:
@@ -56,6 +64,23 @@ def seat_and_backrest(design: SeatAndBackrest) -> Surface:
     steep at the sides; the profile of each grid line is that of its rise, and the thickness lies
     below it, along the profile's normal.
     """
+    return _slab(design, solid=False)
+
+
+def support_solid(design: SeatAndBackrest) -> Surface:
+    """Return the slab with its carrying side as it is and more matter behind it.
+
+    Flesh pressed deeper than half a slab's thickness is nearer to the lower side, and distances
+    to the slab would push it out there. The solid is `SOLID_DEPTH` thick behind seat and backrest,
+    or more where fillet and dish are large. At the front edge it begins with nothing and at the
+    top with the slab's thickness, and grows from either by about 45°, so that legs that hang or
+    bend back stay free of it. Its sides flare out: raised sides of a dish are thin, and what leans
+    on them from within would come out on their other side.
+    """
+    return _slab(design, solid=True)
+
+
+def _slab(design: SeatAndBackrest, solid: bool) -> Surface:
     across = _dish(design.width_m, design.dish_depth_m)
     middle = np.array([piece.length for piece in _profile(design, 0.0)])
     length, width, thickness = middle.sum(), across[-1, 0], design.thickness_m
@@ -72,12 +97,37 @@ def seat_and_backrest(design: SeatAndBackrest) -> Surface:
     upper, normal = np.empty((len(grid), 2)), np.empty((len(grid), 2))
     for line in np.unique(grid[:, 1]):
         on_line = grid[:, 1] == line
-        for index, each in enumerate(_profile(design, rise[on_line][0])):
+        profile = _profile(design, rise[on_line][0])
+        for index, each in enumerate(profile):
             here = on_line & (piece == index)
             upper[here], normal[here] = each.at(share[here] * each.length)
+            if solid:
+                normal[here] = _way_down(design, profile, index, share[here]) / thickness
     side = upper - (grid[:, 2] * thickness)[:, None] * normal
+    if solid:
+        down = np.linalg.norm(upper - side, axis=1)
+        sideways = sideways * (1 + FLARE * down / (design.width_m / 2))
     vertices = np.column_stack([side[:, 0], sideways, side[:, 1]])
     return Surface(vertices, faces, vertices, spacing, design.recline_rad)
+
+
+def _way_down(design, profile: tuple["_Piece", ...], index: int, share) -> np.ndarray:
+    """Return the vectors (n, 2) [m] from the solid's lower side to points of its upper side."""
+    lengths = np.array([piece.length for piece in profile])
+    limit = max(SOLID_DEPTH, design.fillet_radius_m + design.dish_depth_m)
+
+    def depth(along):
+        # The front edge turns by a quarter: from its start, 45° lead to two radii below its end.
+        from_front = 2 / profile[0].curvature + along - lengths[0]
+        from_top = design.thickness_m + lengths.sum() - along
+        return np.minimum(limit, np.minimum(from_front, from_top))
+
+    upper, normal = profile[index].at(share * lengths[index])
+    if index:
+        return depth(lengths[:index].sum() + share * lengths[index])[:, None] * normal
+    start, (end,), (end_normal,) = profile[0].start, *profile[0].at(lengths[:1])
+    under_end = end - depth(lengths[0]) * end_normal
+    return upper - start - share[:, None] * (under_end - start)
 
 
 def _profile(design: SeatAndBackrest, rise: float) -> tuple["_Piece", ...]:

@@ -15,6 +15,8 @@ import numpy as np
 import pinocchio as pin
 from numba import njit
 
+from simcore.compiled import compiled
+
 TABLE = Path(__file__).with_name("joint_ranges.csv")
 
 X, Y, Z = 0, 1, 2
@@ -138,7 +140,7 @@ def lay_out_angles(model: pin.Model) -> AngleLayout:
     )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def measure_angles(q, joints, cones, signs, centres, angles, rows, fades):
     """Tell all anatomical angles and what their rates are made of (Eqs. J3, J4).
 
@@ -169,7 +171,7 @@ def measure_angles(q, joints, cones, signs, centres, angles, rows, fades):
             angles[n] -= 2 * np.pi * np.floor((angles[n] - centres[n]) / (2 * np.pi) + 0.5)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _three_turns(q, at, joints, j, signs, angles, rows, fades):
     """Eq. J3: R = R_i(a) R_j(b) R_k(c), with e_i fixed in the parent and e_k in the child."""
     x, y, z, w = q[at], q[at + 1], q[at + 2], q[at + 3]
@@ -203,7 +205,7 @@ def _three_turns(q, at, joints, j, signs, angles, rows, fades):
     fades[first + 2] = fades[first]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _cone(q, at, cones, j, first, signs, angles, rows, fades):
     """Eq. J4: swing away from the axis of the cone, and twist about the bone."""
     a, b, c, d = -cones[j, 0], -cones[j, 1], -cones[j, 2], cones[j, 3]

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pinocchio as pin
-from numba import njit
 
+from simcore.compiled import compiled
 from simcore.dynamics.joint_angles import (
     HINGE,
     joint_ranges,
@@ -71,7 +71,7 @@ class PassiveJoints:
 
 # The three steps are called one by one: numba's cache does not see that a kernel which it has
 # compiled into another file's has changed.
-@njit(cache=True, error_model="numpy")
+@compiled
 def _add_to_joints(moments, slopes, rows, fades, joints, torque, stiffness):
     """Eq. J5."""
     last = joints.shape[0] - 1

@@ -5,6 +5,7 @@ from math import log, radians
 import numpy as np
 from numba import njit
 
+from simcore.compiled import compiled
 from simcore.dynamics.joint_angles import joint_ranges, without_side
 
 LARGEST = 100.0
@@ -107,7 +108,7 @@ def lay_out_limits(names: tuple[tuple[str, str], ...]) -> tuple[np.ndarray, np.n
     return limits, np.array(legs)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def evaluate_moments(angles, limits, legs, moments, slopes):
     """Write the moment of each angle (Eqs. J1 and J2) and its own slope.
 

@@ -15,13 +15,13 @@ def cache_folder() -> Path:
     return Path(os.environ.get("SIMCORE_CACHE") or user_cache_dir("simcore"))
 
 
-def content_key(modules: Iterable[str], *parts: str) -> str:
-    """Digest of the parts and of the sources of modules, of this package."""
+def content_key(room: str, modules: Iterable[str], *parts: str | bytes) -> str:
+    """Digest of the parts and of the sources of modules, of one room of the package."""
     digest = hashlib.sha256()
     for module in sorted(modules):
-        digest.update((Path(__file__).parent / f"{module}.py").read_bytes())
+        digest.update((Path(__file__).parent / room / f"{module}.py").read_bytes())
     for part in parts:
-        digest.update(part.encode() + b"\0")
+        digest.update((part.encode() if isinstance(part, str) else part) + b"\0")
     return digest.hexdigest()[:20]
 
 
