@@ -14,7 +14,7 @@ from simcore.scene import Scene, build_scene
 from simcore.simulate import simulate
 
 CASES = {
-    "lift": ("config/lift_angle.yaml", {"body": "male_172_70", "support_angle_deg": 7.0}),
+    "lift": ("config/lift_angle.yaml", {"body": "male_172_70", "support_angle_deg": 10.0}),
     "sling": (
         "config/sling_stiffness.yaml",
         {"body": "male_172_70", "device": "sling_reclined", "stiffness_per_width_n_per_m": 2e4},

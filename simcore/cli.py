@@ -42,7 +42,10 @@ def check(study: StudyPath) -> None:
         except DesignError as error:
             raise DesignError(f"{study}: {error}") from None
     axes = " × ".join(f"{len(values)} {name}" for name, values in loaded.axes.items())
-    console.print(f"{study}: {len(loaded.candidates)} candidates ({axes})", highlight=False)
+    certified = f", {len(loaded.variants)} of them to certify" if loaded.variants else ""
+    console.print(
+        f"{study}: {len(loaded.candidates)} candidates ({axes}){certified}", highlight=False
+    )
 
 
 @app.command()
@@ -81,9 +84,13 @@ def simulate(
     study: StudyPath,
     replace: Replacements = None,
     out: Annotated[Path | None, typer.Option(help="NetCDF file to write")] = None,
+    certify: Annotated[
+        bool, typer.Option("--certify", help="simulate it at half the step and twice the mesh, too")
+    ] = False,
 ) -> None:
     """Simulate one candidate of a study; --set must fix every axis of several values."""
-    from simcore.config import load_study
+    from simcore import certificate
+    from simcore.config import load_study, refined
     from simcore.dataset import candidate_dataset, write_dataset
     from simcore.sweep import run_candidate
 
@@ -94,6 +101,8 @@ def simulate(
         free = [f"{name}=…" for name, values in loaded.axes.items() if len(values) > 1]
         raise DesignError(f"{study}: several candidates; add --set {' --set '.join(free)}")
     (candidate,) = loaded.candidates
+    if certify:
+        refined(candidate.design, "--certify")  # refuses a mesh too fine before anything is run
     bar = Progress(
         TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[now]}"),
         TimeElapsedColumn(), console=console, transient=True, disable=not console.is_terminal,
@@ -102,16 +111,20 @@ def simulate(
     longest = (
         method.settling.duration_max_s + device.motion.keyframes[-1].time_s + method.hold_s
     )
+
+    def told(what: str):
+        task = bar.add_task(what, total=longest, now="")
+        return lambda time: bar.update(task, completed=time, now=f"{time:.1f} s")
+
     with bar:
-        task = bar.add_task("simulating", total=longest, now="")
-        figures, frames, trajectory = run_candidate(
-            candidate,
-            loaded.root,
-            lambda time: bar.update(task, completed=time, now=f"{time:.1f} s"),
-        )
+        figures, frames, trajectory = run_candidate(candidate, loaded.root, told("simulating"))
+        checked = certify and certificate.certify(candidate, figures, loaded.root, told)
     if out:
-        write_dataset(candidate_dataset(candidate, figures, frames), out)
+        kept = figures.merge(checked) if certify else figures
+        write_dataset(candidate_dataset(candidate, kept, frames), out)
     _print_figures(figures, trajectory)
+    if certify:
+        _print_certificate(figures, checked)
     if out:
         console.print(f"written: {out}", highlight=False)
     if figures.status.item() != "ok":
@@ -141,6 +154,39 @@ def bench(
     console.print(table)
 
 
+@app.command()
+def validate(
+    as_json: Annotated[bool, typer.Option("--json", help="print JSON instead of a table")] = False,
+    only: Annotated[
+        list[str] | None, typer.Option("--only", help="KEY of a row; may be repeated")
+    ] = None,
+) -> None:
+    """Check the engine against closed forms and measurements; exit code 1 if a row fails."""
+    from simcore.validation.registry import run
+    from simcore.validation.table import rounded
+
+    outcomes = run(only or ())
+    with console.status("running", spinner="line"):
+        outcomes = list(outcomes)
+    rows = [row for outcome in outcomes for row in outcome.rows]
+    seconds, passed = sum(each.seconds for each in outcomes), all(row.passed for row in rows)
+    if as_json:
+        told = {"passed": passed, "seconds": seconds, "rows": [row.as_dict() for row in rows]}
+        print(json.dumps(told, indent=2))
+    else:
+        table = Table("row", "what", "value", "accepted", "source", "")
+        table.columns[0].no_wrap = True
+        for row in rows:
+            table.add_row(row.key, row.what, row.note or rounded(row.value), row.interval,
+                          row.source, "pass" if row.passed else "FAIL")
+        console.print(table)
+        failed = sum(not row.passed for row in rows)
+        console.print(f"{len(rows) - failed} passed, {failed} failed, in {seconds:.0f} s",
+                      highlight=False)
+    if not passed:
+        raise typer.Exit(1)
+
+
 def _refuse_unwritable(out: Path) -> None:
     if out.is_dir():
         raise DesignError(f"--out {out}: is a folder; accepted: a file, such as {out / 'run.nc'}")
@@ -161,6 +207,23 @@ def _print_figures(figures, trajectory) -> None:
     if figures.status.item() == "ok":
         factor = figures.simulated_time.item() / trajectory.cpu_time
         console.print(f"real-time factor {factor:.2f} (simulated s per CPU s)", highlight=False)
+
+
+def _print_certificate(figures, certificate) -> None:
+    from simcore.certificate import change_text, figures_of, tolerance_text
+
+    verdict = {1.0: "passed", 0.0: "failed"}.get(certificate.certified.item())
+    if verdict is None:
+        console.print("certificate: none, the candidate failed")
+        return
+    table = Table("change of", *certificate.variant.values, "tolerance")
+    for name in figures_of(figures, certificate):
+        changes = certificate.change.sel(metric=name).values
+        shown = [change_text(name, change) for change in changes]
+        table.add_row(name, *shown, tolerance_text(name))
+    console.print(table)
+    reason = certificate.certificate_reason.item()
+    console.print(f"certificate: {verdict}{reason and f' ({reason})'}", highlight=False)
 
 
 def _parse(pairs: list[str]) -> dict:

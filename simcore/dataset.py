@@ -18,7 +18,7 @@ from simcore.metrics import JOINTS, METRICS
 from simcore.provenance import simulation_digest, versions
 from simcore.recorder import Trajectory
 
-SCHEMA = 2
+SCHEMA = 3
 """Version of the file layout; `open_dataset` refuses others."""
 
 CONVENTIONS = "CF-1.11"
@@ -128,14 +128,18 @@ def write_rows(rows: list[xr.Dataset], path: Path) -> None:
     write_dataset(table, path)
 
 
-def collect(study: Study, tables: list[Path]) -> xr.Dataset:
-    """Put the tables of all jobs together on the axes of the study."""
+def read_tables(tables: list[Path]) -> xr.Dataset:
+    """Return the figures in the tables of all jobs; `row` is the candidate's id."""
     parts = []
     for path in tables:
         with xr.open_dataset(path) as part:
             parts.append(part.load())
-    table = xr.concat(parts, dim="row").set_index(row="candidate").drop_duplicates("row")
-    table = table.sel(row=[candidate.id for candidate in study.candidates])
+    return xr.concat(parts, dim="row").set_index(row="candidate").drop_duplicates("row")
+
+
+def collect(study: Study, tables: list[Path]) -> xr.Dataset:
+    """Put the tables of all jobs together on the axes of the study; variants are left out."""
+    table = read_tables(tables).sel(row=[candidate.id for candidate in study.candidates])
     shape = tuple(len(values) for values in study.axes.values())
     ds = xr.Dataset(
         coords={

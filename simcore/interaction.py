@@ -5,23 +5,16 @@ import pinocchio as pin
 
 from simcore.body.capsules import fit_capsules
 from simcore.body.segments import PARENTS, SEGMENTS
-from simcore.body.skin_listed import (
-    blend_listed,
-    blend_motion_listed,
-    edge_change_rate,
-    segment_balls,
-    torque_of_wrenches,
-    wrench_listed,
-)
-from simcore.compiled import compiled
+from simcore.body.skin_listed import torque_of_wrenches, wrench_listed
 from simcore.config.designs import Joints
-from simcore.contact.neighbours import Neighbours
-from simcore.contact.penalty import penalty_forces
 from simcore.contact.self_contact import add_self_contact, overlaps
 from simcore.device.motion import DeviceState
+from simcore.dynamics.impedance import add_pair_impedance, add_point_impedance, project_blocks
 from simcore.dynamics.joints import PostureControl
+from simcore.dynamics.passive import PassiveJoints
 from simcore.dynamics.pinocchio_views import view_segments
-from simcore.scene import Scene, posed_skin
+from simcore.scene import Scene
+from simcore.skin_contact import contact_with_device
 
 
 class Interaction:
@@ -31,19 +24,10 @@ class Interaction:
 
     Attributes
     ----------
-    force : (n, 3) float64
-        Contact force on each skin vertex, world axes [N]; current where listed.
-    normal_force : (n,) float64
-        Its normal part [N]; current where listed.
-    listed : (l,) int64
-        Skin vertices that can carry force.
+    contact : SkinContact
+        Of the skin with what is rigid.
     segment_wrench : (18, 6) float64
         Contact force [N] and moment about each segment's origin [N·m], world axes.
-    contact_count : int
-    depth_max : float
-        Deepest penetration [m].
-    deepest : int
-        Its skin vertex, −1 without contact.
     """
 
     def __init__(self, scene: Scene):
@@ -53,58 +37,45 @@ class Interaction:
         self.model = body.model
         self.data = body.model.createData()
         self._views = view_segments(self.model, self.data)
+        joints = scene.method.joints
+        self._stiffness, self._damping = joint_gains(self.model, joints)
         self._control = PostureControl(
-            self.model, scene.configuration, *joint_gains(self.model, scene.method.joints)
+            self.model, scene.configuration, self._stiffness, self._damping
         )
+        self._passive = PassiveJoints(self.model) if joints.passive == "anatomical" else None
         self._influences = (
             skin.influence_offsets, skin.influence_segment, skin.influence_weight,
             skin.influence_point,
         )
-        self._rings = skin.ring_offsets, skin.ring_next
-        joints = [self.model.joints[j + 1] for j in range(len(SEGMENTS))]
+        each = [self.model.joints[j + 1] for j in range(len(SEGMENTS))]
         self._tree = (
             np.array(PARENTS),
-            np.array([joint.idx_v for joint in joints]),
-            np.array([joint.nv for joint in joints]),
+            np.array([joint.idx_v for joint in each]),
+            np.array([joint.nv for joint in each]),
         )
-        self._vertices = np.zeros((skin.vertex_count, 3))
-        self._velocities = np.zeros((skin.vertex_count, 3))
-        self.force = np.zeros((skin.vertex_count, 3))
-        self.normal_force = np.zeros(skin.vertex_count)
         self.segment_wrench = np.zeros((len(SEGMENTS), 6))
         self._contact_torque = np.zeros(self.model.nv)
         self._total_wrench = np.zeros_like(self.segment_wrench)
-        self._parts = None
-        if scene.method.self_contact:
-            self._parts = self._own_parts(scene)
-        self._prepare_contact(scene)
-
-    def _prepare_contact(self, scene: Scene) -> None:
-        """Set up contact of the skin with the rigid device."""
-        body, contact = scene.body, scene.method.contact
-        skin = body.skin
-        self._device_vertices = scene.surface.contact_points
-        centre, radius = segment_balls(skin, len(SEGMENTS))
-        rate = edge_change_rate(skin, posed_skin(body, body.rest_configuration), radius)
-        self._neighbours = Neighbours(
-            self._device_vertices, skin.influence_offsets, skin.influence_segment, *self._rings,
-            rate, centre, radius, contact.search_radius_m,
-        )
-        self._law = (
-            contact.stiffness_n_per_m, contact.damping_ns_per_m, contact.friction_force_n,
-            contact.friction_velocity_m_per_s, contact.search_radius_m,
-        )
-        self._point_force = np.zeros(len(self._device_vertices))
-
-    @property
-    def listed(self) -> np.ndarray:
-        """Skin vertices that can carry force (l,)."""
-        return self._neighbours.listed
+        self._impedance = np.zeros((self.model.nv, self.model.nv))
+        self._late_support = np.zeros(3)
+        self._blocks = np.zeros((len(SEGMENTS), len(SEGMENTS), 6, 6))
+        self._parts = self._own_parts(scene) if scene.method.self_contact else None
+        self.contact = contact_with_device(scene)
 
     @property
     def support_force(self) -> np.ndarray:
         """Force from outside that carries the body (3,), world axes [N]."""
-        return self.segment_wrench[:, :3].sum(axis=0)
+        return self.segment_wrench[:, :3].sum(axis=0) + self._late_support
+
+    @property
+    def contact_count(self) -> int:
+        """Points in contact."""
+        return self.contact.contact_count
+
+    @property
+    def depth_max(self) -> float:
+        """Deepest penetration [m]."""
+        return self.contact.depth_max
 
     def exchange(self, moved: DeviceState, q: np.ndarray, v: np.ndarray) -> None:
         """Advance what is neither body nor rigid by one step of the body; here there is nothing."""
@@ -116,11 +87,18 @@ class Interaction:
 
     def add_skin_forces(self, total: np.ndarray) -> None:
         """Add the present normal force on each skin vertex (n,) [N]."""
-        _add_listed(self.listed, self.normal_force, total)
+        listed = self.contact.listed
+        total[listed] += self.contact.normal_force[listed]
+
+    def add_forces_through_mat(self, point_force: np.ndarray, total: np.ndarray) -> None:
+        """Add the normal force on each skin vertex (n,) that comes through points of the mat (N,).
+
+        A rigid device has none but those of `add_skin_forces` [N].
+        """
 
     def add_support_forces(self, total: np.ndarray) -> None:
         """Add the present normal force on each point of `Scene.mat_points` (N,) [N]."""
-        _add_listed(self._neighbours.rows, self._point_force, total)
+        self.contact.add_support_forces(total)
 
     def sheet_frame(self) -> dict[str, np.ndarray]:
         """Return what a recorder keeps of the sheet, by name; here there is none."""
@@ -129,27 +107,49 @@ class Interaction:
     def acceleration(self, moved: DeviceState, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return the joint acceleration (47,) at q (60,) and v (47,), the device at `moved`."""
         pin.forwardKinematics(self.model, self.data, q, v)
-        self._contact(moved)
-        torque = self._control.torque(q, v) + self._joint_torque_of_contact()
-        return pin.aba(self.model, self.data, q, v, torque)
+        return pin.aba(self.model, self.data, q, v, self._torque(moved, q, v, 0.0))
 
-    def _contact(self, device: DeviceState) -> None:
-        segments, neighbours = self._views, self._neighbours
-        neighbours.update(
-            segments.rotations, segments.positions, device, self._pose, self._vertices
+    def linearised(
+        self, moved: DeviceState, q: np.ndarray, v: np.ndarray, lag: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return all torques but inertial ones (47,), and lag² K + lag D of them (47, 47)."""
+        pin.forwardKinematics(self.model, self.data, q, v)
+        impedance, blocks, contact = self._impedance, self._blocks, self.contact
+        impedance[:] = 0.0
+        torque = self._torque(moved, q, v, lag)
+        impedance *= lag * lag  # so far of passive joints
+        np.einsum("ii->i", impedance)[:] += lag * (lag * self._stiffness + self._damping)
+        blocks[:] = 0.0
+        add_point_impedance(
+            contact.listed, *self._influences[:3], contact.points, contact.normals, contact.along,
+            contact.across, blocks,
         )
-        blend_motion_listed(
-            neighbours.listed, *self._influences, segments.rotations, segments.positions,
-            segments.velocities, self._vertices, self._velocities,
-        )
-        self.contact_count, self.depth_max, self.deepest = penalty_forces(
-            neighbours.rows, neighbours.offsets, neighbours.candidates, neighbours.listed,
-            self._vertices, self._velocities, *self._rings, self._device_vertices,
-            device.rotation, device.position, device.linear_velocity, device.angular_velocity,
-            *self._law, self.force, self.normal_force, self._point_force,
-        )
+        if self._parts:
+            add_pair_impedance(*self._parts_met, blocks)
+        project_blocks(blocks, self._views.jacobian, *self._tree, impedance)
+        self._support_impedance = impedance[:3].copy()
+        self._add_impedance_of_sheet()
+        return torque, impedance
 
-    def _joint_torque_of_contact(self) -> np.ndarray:
+    def conclude(self, change: np.ndarray, step: float) -> None:
+        """Take note of the change of velocity (47,) that an implicit step [s] has come to.
+
+        By so much the support changed within the step: the root's first three velocities are the
+        world's, and neither joints nor self-contact act on them.
+        """
+        self._late_support = -self._support_impedance @ change / step
+
+    def _torque(
+        self, moved: DeviceState, q: np.ndarray, v: np.ndarray, lag: float
+    ) -> np.ndarray:
+        """Return torques of joints and contact (47,); add K of passive joints to `_impedance`."""
+        self.contact.evaluate(self._views, moved, lag)
+        torque = self._control.torque(q, v)
+        if self._passive:
+            self._passive.add_torque(q, v, torque, self._impedance)
+        return torque + self._joint_torque_of_contact(lag)
+
+    def _joint_torque_of_contact(self, lag: float) -> np.ndarray:
         """Return Jᵀf (47,) of the present contact forces: Eq. 12."""
         pin.computeJointJacobians(self.model, self.data)
         self._load_segments()
@@ -158,7 +158,7 @@ class Interaction:
             shapes, law = self._parts
             add_self_contact(
                 *shapes, self._views.rotations, self._views.positions, self._views.velocities,
-                *law, self._total_wrench,
+                *law, lag, self._total_wrench, *self._parts_met[1:],
             )
         torque_of_wrenches(
             self._total_wrench, self._views.positions, self._views.jacobian, *self._tree,
@@ -175,19 +175,21 @@ class Interaction:
         law = scene.method.self_contact
         diameter = 2 * capsules.radius.mean(axis=1)
         stiffness = law.flesh_modulus_pa * diameter[capsules.pairs].min(axis=1)
+        count = len(capsules.pairs)
+        self._parts_met = (
+            capsules.pairs, np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count)
+        )
         return (*shapes, np.maximum(allowed, 0.0)), (stiffness, law.damping_time_s * stiffness)
 
     def _load_segments(self) -> None:
         """Write the contact forces on the skin as wrenches on its segments: Eq. 9."""
         wrench_listed(
-            self.listed, *self._influences, self._views.rotations, self.force, self.segment_wrench
+            self.contact.listed, *self._influences, self._views.rotations, self.contact.force,
+            self.segment_wrench,
         )
 
-    def _pose(self, indices: np.ndarray) -> None:
-        blend_listed(
-            indices, *self._influences, self._views.rotations, self._views.positions,
-            self._vertices,
-        )
+    def _add_impedance_of_sheet(self) -> None:
+        """Add that of a sheet to `_impedance`; here there is none."""
 
 
 def joint_gains(model: pin.Model, joints: Joints) -> tuple[np.ndarray, np.ndarray]:
@@ -199,12 +201,6 @@ def joint_gains(model: pin.Model, joints: Joints) -> tuple[np.ndarray, np.ndarra
             continue
         joint, gains = model.joints[index + 1], getattr(joints, kind)
         dofs = slice(joint.idx_v, joint.idx_v + joint.nv)
-        stiffness[dofs] = gains.stiffness_nm_per_rad
+        stiffness[dofs] = joints.muscle_tone * gains.stiffness_nm_per_rad
         damping[dofs] = gains.damping_nms_per_rad
     return stiffness, damping
-
-
-@compiled
-def _add_listed(listed, values, total):
-    for i in listed:
-        total[i] += values[i]

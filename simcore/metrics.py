@@ -5,11 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from simcore.body.build import posed_skin
 from simcore.body.segments import SEGMENTS
 from simcore.body.skin import vertex_normals
 from simcore.pressure import SensorCells
 from simcore.recorder import FALL_DISPLACEMENT, Trajectory
-from simcore.scene import Scene, posed_skin
+from simcore.scene import Scene
 from simcore.sheet.outline import distance_to_sides
 
 REST_WINDOW = 0.5
@@ -20,6 +21,11 @@ SPREAD_WINDOW = 1.0
 
 LYING_WINDOW = 0.2
 """Length of the last part of the settling, likewise [s]."""
+
+# ASSUME: what pressure mats begin to read at, 5 mmHg. A threshold of nothing would count cells that
+# hardly touch, and their number goes with the mesh.
+CONTACT_PRESSURE = 667.0
+"""Cells that read more than this carry load [Pa]."""
 
 JOINTS = tuple(segment.anatomy for segment in SEGMENTS[1:])
 """Names of the joints below the root, in the order of their segments."""
@@ -43,7 +49,7 @@ METRICS = {
     "peak_pressure": Metric("Pa", "highest pressure over a sensor cell while supported"),
     "lying_peak_pressure": Metric("Pa", "highest pressure at rest before the device moves"),
     "region_peak_pressure": Metric("Pa", "highest pressure over a sensor cell", per="region"),
-    "contact_area": Metric("m2", "skin area that carries load, at rest"),
+    "contact_area": Metric("m2", "skin area where a sensor cell reads load, at rest"),
     "support_force_ratio": Metric(
         "1", "vertical support force over weight, at rest; a sheet counts"
     ),
@@ -99,7 +105,7 @@ def compute_metrics(scene: Scene, trajectory: Trajectory, pressure: np.ndarray) 
 
     vertex_peak = pressure[supported].max(axis=0)
     regions = body.vertex_region
-    loaded = trajectory.normal_force[rest] > 0
+    loaded = pressure[rest] > CONTACT_PRESSURE
     lying = slice(*np.searchsorted(time, (-LYING_WINDOW, 0)))
     upward = trajectory.support_force[:, 2] / scene.weight
     second = slice(np.searchsorted(time, time[end] - SPREAD_WINDOW), end + 1)
@@ -166,15 +172,17 @@ def _peak_edge_distance(
 ) -> float:
     """Return how far from the sheet's edge the skin is pressed most at rest [m]; NaN without one.
 
-    The place on the sheet is that of its vertex next to the pressed skin vertex.
+    The place on the sheet is between the four of its vertices next to the pressed skin vertex.
     """
     if not scene.sling:
         return np.nan
     last = frames.stop - 1
     pressed = posed_skin(scene.body, trajectory.q[last])[pressure[frames].mean(axis=0).argmax()]
-    near = np.linalg.norm(trajectory.sheet_position[last] - pressed, axis=1).argmin()
+    distance = np.linalg.norm(trajectory.sheet_position[last] - pressed, axis=1)
     net = scene.sling.solver.sheet.net
-    return distance_to_sides(net.outline, net.rest_position[near])
+    near = np.argsort(distance)[:4]
+    place = np.average(net.rest_position[near], axis=0, weights=1 / (distance[near] + 1e-6) ** 2)
+    return distance_to_sides(net.outline, place)
 
 
 def _peak_strap_force(trajectory: Trajectory) -> float:

@@ -6,7 +6,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent
-PRESENTATION = ("report", "cli.py", "limits")
+PRESENTATION = ("report", "cli.py", "limits", "validation", "certificate.py")
 """Parts of the package that show or judge results and do not decide them."""
 
 VERSIONED = ("simcore", "numpy", "scipy", "pin", "numba", "xarray", "netCDF4", "anny")
@@ -29,6 +29,12 @@ def presentation_digest() -> str:
     return _digest(
         file for file in (PACKAGE / "report").rglob("*") if file.suffix in (".py", ".html", ".css")
     )
+
+
+@cache
+def certificate_digest() -> str:
+    """Return the digest of the source that judges certificates."""
+    return _digest([PACKAGE / "certificate.py"])
 
 
 def _digest(files) -> str:

@@ -102,7 +102,7 @@ class Recorder:
         self._depth_max = 0.0
         self._segment_force = np.zeros_like(interaction.segment_wrench[:, :3])
         self._support_force = np.zeros(3)
-        self._normal_force = np.zeros_like(interaction.normal_force)
+        self._normal_force = np.zeros(scene.body.skin.vertex_count)
         self._point_force = np.zeros(len(scene.mat_points))
         self._mat = SensorMat(scene.mat_points, scene.mat_tile, scene.method.sensor_pitch_m)
         self._start = None
@@ -126,6 +126,7 @@ class Recorder:
         if (self._observed - 1) % self._steps_per_frame:
             return False
 
+        now.add_forces_through_mat(self._point_force, self._normal_force)
         place = now.place(q, moved)
         if self._start is None:
             self._start = place

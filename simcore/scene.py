@@ -5,18 +5,20 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from simcore.body.build import Body, build_body
+from simcore.body.build import Body, build_body, posed_skin
+from simcore.body.flesh import flesh_under_skin
 from simcore.body.posture import configuration
-from simcore.body.skin import blend, vertex_normals
-from simcore.config.designs import Design, Method, Posture
+from simcore.body.skin import vertex_normals
+from simcore.body.tissue import Tissue
+from simcore.config.designs import Design, FoundationContact, Method, Posture
 from simcore.config.robotic_lift import MeshSurface, SeatAndBackrest
 from simcore.config.sling_lift import Bed, SlingLift
 from simcore.contact.reference import find_penetration
 from simcore.device.build import build_surface
+from simcore.device.distance import DistanceField, device_distance
 from simcore.device.motion import STILL, DeviceState, Motion
 from simcore.device.surface import Surface, mat_coordinates
 from simcore.errors import SimulationError
@@ -43,6 +45,10 @@ class Scene:
         Of the lift's support, or of the sling lift's spreader bar.
     sling : Sling or None
         What hangs from that bar.
+    flesh : Tissue or None
+        Under each skin vertex, where the method's contact is with flesh.
+    distance : DistanceField or None
+        Of the lift's support, likewise.
     method : Method
     configuration : (60,) float64
         Where the body starts; also the reference of its posture control.
@@ -52,6 +58,8 @@ class Scene:
     surface: Surface
     motion: Motion
     sling: Sling | None
+    flesh: Tissue | None
+    distance: DistanceField | None
     method: Method
     configuration: np.ndarray
 
@@ -98,7 +106,11 @@ def build_scene(design: Design, body_name: str, root: Path) -> Scene:
     q = _posture(body, design.posture, surface.recline)
     q = _place(body, q, surface, start, design.posture)
     _refuse_penetration(body, q, surface, start, method.contact.initial_penetration_limit_m)
-    return Scene(body, surface, motion, sling, method, q)
+    flesh = distance = None
+    if method.contact.law == "foundation":
+        flesh = _flesh(body, method.contact)
+        distance = None if sling else _distance(device.rigid_part, root)
+    return Scene(body, surface, motion, sling, flesh, distance, method, q)
 
 
 def check_device(design: Design, root: Path) -> None:
@@ -111,7 +123,7 @@ def _sling(design: Design, motion: Motion) -> Sling | None:
     if not isinstance(design.device, SlingLift):
         return None
     pelvis_x = design.posture.placement.pelvis_m[0]
-    return build_sling(design.device, design.method.sheet, pelvis_x, motion(0.0))
+    return build_sling(design.device, design.method, pelvis_x, motion(0.0))
 
 
 @lru_cache(maxsize=4)
@@ -120,17 +132,18 @@ def _body(design, name: str) -> Body:
 
 
 @lru_cache(maxsize=4)
+def _flesh(body: Body, law: FoundationContact) -> Tissue:
+    return flesh_under_skin(body, law)
+
+
+@lru_cache(maxsize=4)
+def _distance(design: SeatAndBackrest | MeshSurface, root: Path) -> DistanceField:
+    return device_distance(design, _surface(design, root))
+
+
+@lru_cache(maxsize=4)
 def _surface(design: SeatAndBackrest | MeshSurface | Bed, root: Path) -> Surface:
     return build_surface(design, root)
-
-
-def posed_skin(body: Body, q: np.ndarray) -> np.ndarray:
-    """Return the skin vertices (n, 3) of a configuration, world frame [m]."""
-    data = body.model.createData()
-    pin.forwardKinematics(body.model, data, q)
-    rotations = np.array([placement.rotation for placement in data.oMi[1:]])
-    positions = np.array([placement.translation for placement in data.oMi[1:]])
-    return blend(body.skin, rotations, positions)
 
 
 def _posture(body: Body, posture: Posture, recline: float) -> np.ndarray:

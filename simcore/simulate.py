@@ -7,6 +7,7 @@ import numpy as np
 import pinocchio as pin
 
 from simcore.device.motion import DeviceState
+from simcore.dynamics.implicit import IMPLICITNESS, implicit_step
 from simcore.dynamics.integrators import rk4_step
 from simcore.errors import SimulationError
 from simcore.interaction import Interaction
@@ -66,6 +67,7 @@ class _Run:
         self.progress = progress
         self.interaction = SlingInteraction(scene) if scene.sling else Interaction(scene)
         self.recorder = Recorder(scene, self.interaction)
+        self.h = scene.method.time_step_s
         self.q = scene.configuration.copy()
         self.v = np.zeros(scene.body.model.nv)
         self.steps = 0
@@ -75,7 +77,7 @@ class _Run:
     @property
     def time(self) -> float:
         """Time since the start of settling [s]; a multiple of the step, not a sum of steps."""
-        return self.steps * self.scene.method.time_step_s
+        return self.steps * self.h
 
     def settle(self) -> None:
         """Run until the body is at rest on the still device, or for the longest time allowed."""
@@ -99,12 +101,18 @@ class _Run:
         """Advance one step; return whether it completed a recorded frame."""
         now, q, v = self.time, self.q, self.v
         self.interaction.exchange(self.moved(now), q, v)
-        acceleration = self.acceleration(now, q, v)
-        recorded = self.recorder.observe(now, q, v, self.moved(now))
-        self.q, self.v = rk4_step(
-            self.scene.body.model, self.acceleration, now, q, v, acceleration,
-            self.scene.method.time_step_s,
-        )
+        if self.scene.method.integrator == "implicit":
+            self.q, self.v = implicit_step(
+                self.scene.body.model, self.interaction.data, self.linearised, now, q, v, self.h
+            )
+            self.interaction.conclude(self.v - v, self.h)
+            recorded = self.recorder.observe(now, q, v, self.moved(now))
+        else:
+            acceleration = self.acceleration(now, q, v)
+            recorded = self.recorder.observe(now, q, v, self.moved(now))
+            self.q, self.v = rk4_step(
+                self.scene.body.model, self.acceleration, now, q, v, acceleration, self.h
+            )
         self.steps += 1
         if not np.abs(self.v).max() < SPEED_LIMIT:  # also where it is not a number
             self.refuse_blow_up()
@@ -130,6 +138,12 @@ class _Run:
     def acceleration(self, time: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return the joint acceleration (47,)."""
         return self.interaction.acceleration(self.moved(time), q, v)
+
+    def linearised(
+        self, time: float, q: np.ndarray, v: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return torque (47,) and impedance (47, 47) for an implicit step."""
+        return self.interaction.linearised(self.moved(time), q, v, IMPLICITNESS * self.h)
 
     def fell_long_ago(self) -> bool:
         """Return whether the body fell so long ago that there is no more to see."""

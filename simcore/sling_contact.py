@@ -1,15 +1,14 @@
 """Contact of a sheet with skin: planes for the sheet, forces for the skin."""
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from simcore.body.inscribed import inscribed_radius
-from simcore.body.skin import vertex_normals
+from simcore.body.flesh import THICKNESS_SHARE, limb_depth
 from simcore.compiled import compiled
-from simcore.config.designs import SheetFoundation, SheetPenalty
+from simcore.config.designs import SheetPenalty
 from simcore.contact import tracking
+from simcore.contact.foundation import SHEAR_SHARE, STRAIN_MAX
 from simcore.errors import SimulationError
-from simcore.scene import Scene, posed_skin, segment_of_vertex
+from simcore.scene import Scene, segment_of_vertex
 from simcore.sheet.contact import ContactForce, PlaneContact
 from simcore.sheet.solver import SheetState
 
@@ -17,14 +16,13 @@ NEAR = 0.01
 """Planes are given to points nearer than this, and to those that come so near within a step; never
 to points beyond `simcore.contact.tracking.NEAR`, which no step of some milliseconds bridges [m]."""
 
-SHEAR_SHARE = 1 / 3
-"""Shear modulus over Young's modulus of what is incompressible, such as flesh."""
+CARRIED = 10.0
+"""Inertia that a sheet vertex opposes to the skin, over its own: within the lag of a step, some ten
+sub-steps, its springs take hold of neighbours as far as the third (Eq. S13)."""
 
-THICKNESS_SHARE = 0.9
-"""Of the way to the middle of a limb that counts as its flesh; deeper a sheet has passed."""
-
-STRAIN_MAX = 0.8
-"""Of the flesh, beyond which it is taken as linear: 25 times as stiff as at rest."""
+WINDOW = 0.016
+"""Radius of the cone through which the skin feels a vertex of a fine sheet [m]: that of a tile of
+4,000 vertices. Finer sheets are felt through the same, so that pressures compare."""
 
 
 class SheetOnSkin:
@@ -44,24 +42,48 @@ class SheetOnSkin:
         Skin vertices that the sheet pressed in the last step.
     skin_force : (n, 3), skin_normal : (n,) float64
         Mean force on each skin vertex, world axes, and its normal part [N]; zero elsewhere.
+    given_back : (3,) float64
+        Impulse that the sheet was last given back [N s].
+    skin_direction : (n, 3), skin_along, skin_across : (n,) float64
+        Normal, and impedance lag² K + lag D along and across it [kg], of the sheet on each skin
+        vertex that is touched; zero elsewhere.
+
+    Parameters
+    ----------
+    lag : float
+        Time after which the body's step wants to know the force, 0 for an explicit one [s].
     """
 
-    def __init__(self, scene: Scene):
+    def __init__(self, scene: Scene, lag: float):
         skin, net = scene.body.skin, scene.sling.solver.sheet.net
         self._body, self._law, self._net = scene.body, scene.sling.law, net
+        self._rings, self._vertex_area = (skin.ring_offsets, skin.ring_next), skin.vertex_area
+        self._tile = max(np.sqrt(3 / np.pi * net.spacing.prod()), WINDOW)
         self._tracker = tracking.SurfaceTracker(len(net.mass), skin.ring_offsets, skin.ring_next)
-        self._thickness = _flesh_thickness(scene)
+        self._thickness = scene.flesh.thickness if scene.flesh else limb_depth(scene.body)
         self.planes = PlaneContact.empty(len(net.mass))
         self.planes.normal = self._tracker.normal
-        if isinstance(self._law, SheetPenalty):
+        if self._law:
             _set_penalty(self.planes, self._law)
         else:
-            self.planes.friction_coefficient = self._law.friction_coefficient
+            contact = scene.method.contact
+            self.planes.friction_coefficient = contact.friction_coefficient
+            self._flesh = (
+                scene.flesh.modulus, contact.tissue == "stiffening", contact.damping_time_s
+            )
         self.normal_force = np.zeros(len(net.mass))
         self.contact_count, self.depth_max, self.deepest = 0, 0.0, -1
         self.touched = np.empty(0, np.int64)
         self.skin_force = np.zeros((skin.vertex_count, 3))
         self.skin_normal = np.zeros(skin.vertex_count)
+        self.skin_direction = np.zeros((skin.vertex_count, 3))
+        self.skin_along, self.skin_across = np.zeros((2, skin.vertex_count))
+        self.given_back = np.zeros(3)
+        self._lag, self._inertia = lag, scene.sling.solver.inertia
+        # Of each sheet vertex: the skin vertex that it pressed in the last step, and how.
+        self._pressed = np.full(len(net.mass), -1)
+        self._direction = np.zeros((len(net.mass), 3))
+        self._along, self._across = np.zeros((2, len(net.mass)))
 
     def find(self, sheet: SheetState, skin: np.ndarray, reference: np.ndarray) -> np.ndarray:
         """Follow the sheet over the skin; return the skin vertices (l,) that it may touch.
@@ -75,7 +97,19 @@ class SheetOnSkin:
         """
         tracker = self._tracker
         tracker.update(sheet.position, skin, reference)
-        return tracker.vertex[(tracker.gap <= tracking.NEAR) & (tracker.vertex >= 0)]
+        near = tracker.vertex[(tracker.gap <= tracking.NEAR) & (tracker.vertex >= 0)]
+        return np.concatenate([near, self._pressed[self._pressed >= 0]])
+
+    def give_back(self, sheet: SheetState, skin_velocity: np.ndarray) -> None:
+        """Give the sheet what an implicit step of the body did not take of its force (Eq. S13).
+
+        That is the impedance times the change of the skin's velocity since the planes were set.
+        """
+        if self._lag:
+            self.given_back = _give_back(
+                self._pressed, self._direction, self._along, self._across, skin_velocity,
+                self.planes.surface_velocity, self._inertia, sheet.velocity,
+            )
 
     def set_planes(
         self, sheet: SheetState, skin: np.ndarray, skin_velocity: np.ndarray, duration: float
@@ -87,18 +121,17 @@ class SheetOnSkin:
         skin, skin_velocity : (n, 3) float64
             Skin vertices in the world where the sheet may touch them [m, m/s].
         """
-        tracker, planes, law = self._tracker, self.planes, self._law
+        tracker, planes = self._tracker, self.planes
         _set_skin_planes(
             tracker.vertex, tracker.gap, skin, skin_velocity, sheet.position, sheet.velocity,
             duration, planes.normal, planes.active, planes.offset, planes.surface_velocity,
             planes.anchor, planes.force,
         )
-        if isinstance(law, SheetFoundation):
+        if not self._law:
             _press_flesh(
                 planes.active, tracker.vertex, tracker.gap, self._thickness,
-                self._net.vertex_area, law.flesh_modulus_pa, law.damping_time_s,
-                planes.stiffness, planes.damping, planes.tangential_stiffness,
-                planes.tangential_damping, planes.offset,
+                self._net.vertex_area, *self._flesh, planes.stiffness, planes.damping,
+                planes.tangential_stiffness, planes.tangential_damping, planes.offset,
             )
 
     def refuse_passing(self, time: float) -> None:
@@ -114,6 +147,21 @@ class SheetOnSkin:
                 f" {time:.2f} s after the start of settling, with its point ({x:.2f}, {y:.2f}) m",
             )
 
+    def spread(
+        self, on_sheet: np.ndarray, sheet: np.ndarray, skin: np.ndarray, total: np.ndarray
+    ) -> None:
+        """Add forces on sheet vertices (m,) to the skin vertices (n,) under their tiles [N].
+
+        Parameters
+        ----------
+        sheet : (m, 3), skin : (n, 3) float64
+            Positions [m].
+        """
+        _spread(
+            on_sheet, sheet, skin, self._tracker.vertex, self._tracker.normal, self._tile,
+            *self._rings, self._vertex_area, total,
+        )
+
     def press(self, of_skin: ContactForce) -> None:
         """Take note of what the skin did to the sheet; the opposite acts on the skin."""
         self.normal_force = of_skin.normal_force
@@ -121,9 +169,13 @@ class SheetOnSkin:
         point = int(self._tracker.gap.argmin())
         self.depth_max = -float(self._tracker.gap[point])
         self.deepest = int(self._tracker.vertex[point])
+        planes = self.planes
         self.touched = _react(
-            self._tracker.vertex, of_skin.force, of_skin.normal_force, self.touched,
-            self.skin_force, self.skin_normal,
+            self._tracker.vertex, of_skin.force, of_skin.normal_force, planes.normal,
+            planes.stiffness, planes.damping, planes.tangential_stiffness,
+            planes.tangential_damping, self._inertia, self._lag, self.touched, self.skin_force,
+            self.skin_normal, self.skin_direction, self.skin_along, self.skin_across,
+            self._pressed, self._direction, self._along, self._across,
         )
 
 
@@ -133,20 +185,6 @@ def _set_penalty(planes: PlaneContact, law: SheetPenalty) -> None:
     planes.friction_force[:] = law.friction_force_n
     planes.friction_velocity = law.friction_velocity_m_per_s
     planes.friction_coefficient = -1.0  # Eq. S7
-
-
-def _flesh_thickness(scene: Scene) -> np.ndarray:
-    """Return the depth at which the flesh under each skin vertex (n,) gives no more [m].
-
-    That of the law, or most of the way to the middle of a limb that is thinner.
-    """
-    skin, law = scene.body.skin, scene.sling.law
-    rest = posed_skin(scene.body, scene.body.rest_configuration)
-    most = law.flesh_thickness_m if isinstance(law, SheetFoundation) else np.ptp(rest[:, 0])
-    radius = inscribed_radius(
-        cKDTree(rest), rest, vertex_normals(skin, rest), most / THICKNESS_SHARE
-    )
-    return THICKNESS_SHARE * radius
 
 
 @compiled
@@ -178,47 +216,129 @@ def _set_skin_planes(
 
 @compiled
 def _press_flesh(
-    active, vertex, gap, thickness, area, modulus, damping_time, stiffness, damping,
+    active, vertex, gap, thickness, area, modulus, stiffening, damping_time, stiffness, damping,
     tangential_stiffness, tangential_damping, offset,
 ):
     """Give each plane the tangent of the flesh's law at its present depth d (Eq. S12).
 
         N = A E ε / (1 − ε),  ε = d/D,  dN/dd = A E / D / (1 − ε)²
 
-    for flesh of thickness D, linear beyond STRAIN_MAX. The plane is moved so that its force at d
-    is N.
+    for flesh of thickness D, linear beyond STRAIN_MAX, or throughout. The plane is moved so that
+    its force at d is N.
     """
     for p in range(active.size):
         if not active[p]:
             continue
         most = thickness[vertex[p]]
-        strain = min(max(-gap[p], 0.0) / most, STRAIN_MAX)
-        shallow = area[p] * modulus / most
+        shallow = area[p] * modulus[vertex[p]] / most
+        strain = min(max(-gap[p], 0.0) / most, STRAIN_MAX) if stiffening else 0.0
         left = 1.0 - strain
         stiffness[p] = shallow / (left * left)
         offset[p] -= most * strain * strain
-        damping[p] = damping_time * shallow
+        damping[p] = damping_time * stiffness[p]
         tangential_stiffness[p] = SHEAR_SHARE * shallow
-        tangential_damping[p] = SHEAR_SHARE * damping[p]
+        tangential_damping[p] = SHEAR_SHARE * damping_time * shallow
 
 
 @compiled
-def _react(vertex, force, normal_force, touched_before, skin_force, skin_normal):
-    """Write the opposite of the sheet's contact forces on the skin; return the skin vertices."""
+def _react(
+    vertex, force, normal_force, normal, stiffness, damping, tangential_stiffness,
+    tangential_damping, inertia, lag, touched_before, skin_force, skin_normal, skin_direction,
+    skin_along, skin_across, pressed, direction, along, across,
+):
+    """Write the opposite of the sheet's contact forces on the skin, and their impedances.
+
+    Returns the skin vertices that are touched.
+    """
     for i in touched_before:
-        skin_normal[i] = 0.0
+        skin_normal[i] = skin_along[i] = skin_across[i] = 0.0
         for a in range(3):
             skin_force[i, a] = 0.0
     touched = np.empty(vertex.size, np.int64)
     count = 0
     for p in range(vertex.size):
         i = vertex[p]
+        pressed[p] = -1
         if i < 0 or normal_force[p] == 0.0:
             continue
         if skin_normal[i] == 0.0:
             touched[count] = i
             count += 1
         skin_normal[i] += normal_force[p]
+        pressed[p] = i
+        carried = CARRIED * inertia[p]
+        z = lag * (lag * stiffness[p] + damping[p])
+        along[p] = z * carried / (z + carried)
+        z = lag * (lag * tangential_stiffness[p] + tangential_damping[p])
+        across[p] = z * carried / (z + carried)
+        skin_along[i] += along[p]
+        skin_across[i] += across[p]
         for a in range(3):
             skin_force[i, a] -= force[p, a]
+            skin_direction[i, a] = direction[p, a] = normal[p, a]
     return touched[:count].copy()
+
+
+@compiled
+def _spread(
+    on_sheet, sheet, skin, vertex, normal, radius, ring_offsets, ring_next, area, total
+):
+    """Share each force among the vertices of two rings, by area and a cone of the tile's size.
+
+    Without, a sheet of another mesh than the skin's would press some vertices twice and leave
+    others out.
+    """
+    near, weight = np.empty(256, np.int64), np.empty(256)
+    for p in range(on_sheet.size):
+        i = vertex[p]
+        if on_sheet[p] == 0.0 or i < 0:
+            continue
+        near[0], count = i, 1
+        first, last = 0, 1
+        for _ in range(2):
+            for at in range(first, last):
+                for e in range(ring_offsets[near[at]], ring_offsets[near[at] + 1]):
+                    j, known = ring_next[e, 0], False
+                    for k in range(count):
+                        known = known or near[k] == j
+                    if not known and count < near.size:
+                        near[count] = j
+                        count += 1
+            first, last = last, count
+        sum_of = 0.0
+        for k in range(count):
+            out = square = 0.0
+            for a in range(3):
+                apart = skin[near[k], a] - sheet[p, a]
+                out += apart * normal[p, a]
+                square += apart * apart
+            beside = np.sqrt(max(square - out * out, 0.0))
+            weight[k] = area[near[k]] * max(1.0 - beside / radius, 0.0)
+            sum_of += weight[k]
+        if sum_of == 0.0:
+            total[i] += on_sheet[p]
+            continue
+        for k in range(count):
+            total[near[k]] += on_sheet[p] * weight[k] / sum_of
+
+
+@compiled
+def _give_back(
+    pressed, direction, along, across, skin_velocity, skin_velocity_then, inertia, velocity
+):
+    """Add to the velocity (m, 3) of each sheet vertex what it is given back; return the sum."""
+    change, total = np.empty(3), np.zeros(3)
+    for p in range(pressed.size):
+        i = pressed[p]
+        if i < 0:
+            continue
+        out = 0.0
+        for a in range(3):
+            change[a] = skin_velocity[i, a] - skin_velocity_then[p, a]
+            out += direction[p, a] * change[a]
+        for a in range(3):
+            normal = out * direction[p, a]
+            impulse = along[p] * normal + across[p] * (change[a] - normal)
+            velocity[p, a] += impulse / inertia[p]
+            total[a] += impulse
+    return total

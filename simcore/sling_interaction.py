@@ -10,8 +10,9 @@ import pinocchio as pin
 
 from simcore.body.segments import INDEX
 from simcore.body.skin_listed import blend_listed, blend_motion_listed, wrench_listed
-from simcore.contact.bed import bed_forces, near_bed
 from simcore.device.motion import DeviceState
+from simcore.dynamics.impedance import add_point_impedance, project_blocks
+from simcore.dynamics.implicit import IMPLICITNESS
 from simcore.errors import SimulationError
 from simcore.interaction import Interaction
 from simcore.scene import Scene
@@ -43,7 +44,8 @@ class SlingInteraction(Interaction):
         self._steps_per_exchange = round(sling.step / scene.method.time_step_s)
         self._steps = 0
         self.sheet = SheetState(sling.start.position.copy(), sling.start.velocity.copy())
-        self._on_skin = SheetOnSkin(scene)
+        implicit = scene.method.integrator == "implicit"
+        self._on_skin = SheetOnSkin(scene, implicit * IMPLICITNESS * scene.method.time_step_s)
         self._skin = np.zeros((skin.vertex_count, 3))
         self._skin_velocity = np.zeros((skin.vertex_count, 3))
         self._all = np.arange(skin.vertex_count)
@@ -63,12 +65,13 @@ class SlingInteraction(Interaction):
         blend_listed(
             self._all, *self._influences, segments.rotations, segments.positions, self._skin
         )
-        self._over_bed = near_bed(self._skin, BED_MARGIN, *self._bed_half)
+        self.contact.look(self._skin, BED_MARGIN)
         near = self._on_skin.find(self.sheet, self._skin, q[:3])
         blend_motion_listed(
             near, *self._influences, segments.rotations, segments.positions,
             segments.velocities, self._skin, self._skin_velocity,
         )
+        self._on_skin.give_back(self.sheet, self._skin_velocity)
         self._on_skin.set_planes(self.sheet, self._skin, self._skin_velocity, self._step)
         self._on_skin.refuse_passing((self._steps - 1) * self._step / self._steps_per_exchange)
         reaction = self._solver.advance(self.sheet, self._step, self._on_skin.planes, moved)
@@ -79,7 +82,7 @@ class SlingInteraction(Interaction):
     @property
     def support_force(self) -> np.ndarray:
         """Force of bed and straps on body and sheet (3,), world axes [N]."""
-        return self._bed_wrench[:, :3].sum(axis=0) + self._outer_force
+        return self._bed_wrench[:, :3].sum(axis=0) + self._late_support + self._outer_force
 
     def place(self, q: np.ndarray, moved: DeviceState) -> np.ndarray:
         """Return where the sheet's landmarks are, in the frames of the segments above them [m]."""
@@ -89,11 +92,9 @@ class SlingInteraction(Interaction):
             places.append(frame.actInv(self.sheet.position[patch].mean(axis=0)))
         return np.array(places)
 
-    def add_skin_forces(self, total: np.ndarray) -> None:
-        """Add the present normal force on each skin vertex (n,), of bed and sheet [N]."""
-        super().add_skin_forces(total)
-        touched = self._on_skin.touched
-        total[touched] += self._on_skin.skin_normal[touched]
+    def add_forces_through_mat(self, point_force: np.ndarray, total: np.ndarray) -> None:
+        """Add the normal force of sheet vertices (m,) to the skin (n,) under their tiles [N]."""
+        self._on_skin.spread(point_force, self.sheet.position, self._skin, total)
 
     def add_support_forces(self, total: np.ndarray) -> None:
         """Add the normal force of the skin on each sheet vertex (m,) [N]."""
@@ -106,34 +107,15 @@ class SlingInteraction(Interaction):
             "strap_force": self.strap_force,
         }
 
-    def _prepare_contact(self, scene: Scene) -> None:
-        """Set up contact of the skin with the bed."""
-        bed = scene.sling.bed
-        self._bed_half = bed.length_m / 2, bed.width_m / 2
-        self._bed_law = (
-            scene.body.skin.vertex_area, bed.pressure_stiffness_pa_per_m, bed.damping_time_s,
-            bed.friction_coefficient, bed.slip_speed_m_per_s,
-        )
-        self._over_bed = np.empty(0, np.int64)
+    @property
+    def contact_count(self) -> int:
+        """Skin vertices on the bed and sheet vertices on the skin."""
+        return self.contact.contact_count + self._on_skin.contact_count
 
     @property
-    def listed(self) -> np.ndarray:
-        """Skin vertices that the bed can carry (l,)."""
-        return self._over_bed
-
-    def _contact(self, moved: DeviceState) -> None:
-        segments = self._views
-        blend_motion_listed(
-            self.listed, *self._influences, segments.rotations, segments.positions,
-            segments.velocities, self._vertices, self._velocities,
-        )
-        self.contact_count, self.depth_max, self.deepest = bed_forces(
-            self.listed, self._vertices, self._velocities, *self._bed_law, self.force,
-            self.normal_force,
-        )
-        self.contact_count += self._on_skin.contact_count
-        if self._on_skin.depth_max > self.depth_max:
-            self.depth_max, self.deepest = self._on_skin.depth_max, self._on_skin.deepest
+    def depth_max(self) -> float:
+        """Deepest penetration of the skin, by bed or sheet [m]."""
+        return max(self.contact.depth_max, self._on_skin.depth_max)
 
     def _load_segments(self) -> None:
         super()._load_segments()
@@ -143,6 +125,15 @@ class SlingInteraction(Interaction):
             self._on_skin.skin_force, self._sheet_wrench,
         )
         self.segment_wrench += self._sheet_wrench
+
+    def _add_impedance_of_sheet(self) -> None:
+        sheet, blocks = self._on_skin, self._blocks
+        blocks[:] = 0.0
+        add_point_impedance(
+            sheet.touched, *self._influences[:3], self._skin, sheet.skin_direction,
+            sheet.skin_along, sheet.skin_across, blocks,
+        )
+        project_blocks(blocks, self._views.jacobian, *self._tree, self._impedance)
 
     def _lay_landmarks(self, scene: Scene) -> list[tuple[int, np.ndarray]]:
         """Return segment and sheet vertices of each landmark that lies on the sheet."""

@@ -46,9 +46,9 @@ def simulate_missing(
 
 
 def begin_count(study: Study) -> None:
-    """Note which candidates have a current result before the jobs start."""
+    """Note which candidates and variants have a current result before the jobs start."""
     folder = study.folder / "candidates"
-    done = [each.id for each in study.candidates if has_current_result(folder, each)]
+    done = [each.id for each in study.runs if has_current_result(folder, each)]
     folder.mkdir(parents=True, exist_ok=True)
     _count_file(study).write_text("".join(f"{each}\n" for each in done), encoding="ascii")
 
@@ -60,7 +60,7 @@ def count_done(study: Study, candidate: Candidate) -> int:
         file.flush()
         file.seek(0)
         finished = set(file.read().split())
-    return sum(each.id in finished for each in study.candidates)
+    return sum(each.id in finished for each in study.runs)
 
 
 def _count_file(study: Study) -> Path:

@@ -9,6 +9,7 @@ from simcore.body.posture import TURNS
 from simcore.body.segments import SEGMENTS, kind_of
 from simcore.dynamics.joint_angles import CONE_AXIS, joint_ranges
 from simcore.dynamics.passive_moments import LARGEST, limit_of
+from simcore.validation.joints import riener_moments
 
 SEGMENT_OF = {segment.anatomy: segment for segment in SEGMENTS}
 DOWN = np.array([0.0, 0.0, -1.0])
@@ -66,20 +67,6 @@ def slow_exponential(x):
                     LARGEST * (1 + x - np.log(LARGEST)))
 
 
-def riener(hip, knee, plantar):
-    """Riener and Edrich's moments [N·m] of angles [deg]: hip and knee flexion, plantarflexion."""
-    exp = slow_exponential
-    return (
-        exp(1.4655 - 0.0034 * knee - 0.0750 * hip) - exp(1.3403 - 0.0226 * knee + 0.0305 * hip)
-        + 8.072,
-        exp(1.800 - 0.0460 * plantar - 0.0352 * knee + 0.0217 * hip)
-        - exp(-3.971 - 0.0004 * plantar + 0.0495 * knee - 0.0128 * hip) - 4.820
-        + exp(2.220 - 0.150 * knee),
-        exp(2.1016 - 0.0843 * plantar - 0.0176 * knee)
-        - exp(-7.9763 + 0.1949 * plantar + 0.0008 * knee) - 1.792,
-    )
-
-
 def slow_moments(angles):
     """Moment of each angle [N·m], by joint and angle."""
     moments = {}
@@ -91,8 +78,10 @@ def slow_moments(angles):
     for side in ("left", "right"):
         leg = (f"hip_{side}", "flexion"), (f"knee_{side}", "flexion")
         ankle = (f"ankle_{side}", "dorsiflexion")
-        hip, knee, plantar = riener(*(np.degrees(angles[each]) for each in leg),
-                                    -np.degrees(angles[ankle]))
+        hip, knee, plantar = riener_moments(
+            *(np.degrees(angles[each]) for each in leg), -np.degrees(angles[ankle]),
+            exp=slow_exponential,
+        )
         moments[leg[0]] += hip
         moments[leg[1]] += knee
         moments[ankle] -= plantar

@@ -8,17 +8,26 @@ import numpy as np
 import xarray as xr
 
 from simcore.body.regions import REGION_NAMES
+from simcore.certificate import with_certificates
 from simcore.config import Study, load_study
-from simcore.dataset import collect, open_dataset, row, write_dataset, write_rows
+from simcore.dataset import (
+    collect,
+    open_dataset,
+    read_tables,
+    row,
+    write_dataset,
+    write_rows,
+)
 from simcore.metrics import JOINTS
 
 ROOT = Path(__file__).parents[1]
 BODIES = ("male_172_70", "female_142_40")
-SLING = {"devices": ("sling_reclined",), "posture": "lying", "method": "sling"}
+ANGLES = "{support_angle_deg: [0, 4, 7]}"
+SLING = {"devices": ("sling_reclined",), "posture": "lying", "method": "production"}
 """Options of `make_study` for a study of a sling lift."""
 
 Outcome = Callable[[dict], float | str]
-"""Coordinates → fall margin, or the status of a failure."""
+"""Coordinates → fall margin, or the status of a failure; of a variant, `variant` is one of them."""
 
 
 def figures(margin: float, sling: bool = False) -> dict:
@@ -52,20 +61,21 @@ def figures(margin: float, sling: bool = False) -> dict:
 def make_study(
     folder: Path, outcome: Outcome, axes: str = "{}", bodies=BODIES, title: str = "Which holds?",
     devices=("robotic_lift",), posture: str = "seated", method: str = "paper",
+    certify: str = "none",
 ) -> tuple[Study, Path]:
-    """Write a study and its dataset under `folder`; return both; `axes` is YAML in one line."""
+    """Write a study and its dataset under `folder`; return both; `axes`, `certify` are YAML."""
     if not (folder / "designs").exists():
         shutil.copytree(ROOT / "designs", folder / "designs")
     (folder / "config").mkdir(exist_ok=True)
     config = folder / "config" / "made_up.yaml"
     config.write_text(
         f"title: '{title}'\ndevices: [{', '.join(devices)}]\nbodies: [{', '.join(bodies)}]\n"
-        f"posture: {posture}\nmethod: {method}\naxes: {axes}\n",
+        f"posture: {posture}\nmethod: {method}\naxes: {axes}\ncertify: {certify}\n",
         encoding="utf-8",
     )
     study = load_study(config)
     rows = []
-    for candidate in study.candidates:
+    for candidate in study.runs:
         told = outcome(candidate.coordinates)
         sling = candidate.design.device.kind == "sling_lift"
         rows.append(
@@ -76,7 +86,8 @@ def make_study(
     table = study.folder / "rows.nc"
     write_rows(rows, table)
     path = study.folder / "dataset.nc"
-    write_dataset(collect(study, [table]), path)
+    ds = with_certificates(collect(study, [table]), study, read_tables([table]))
+    write_dataset(ds, path)
     return study, path
 
 

@@ -12,6 +12,7 @@ from tiny_project import ROOT, make_project
 from simcore import dataset
 from simcore.body.regions import REGION_NAMES
 from simcore.body.segments import SEGMENT_NAMES
+from simcore.certificate import MEANINGS, with_certificates
 from simcore.config import load_study
 from simcore.dataset import (
     candidate_dataset,
@@ -21,6 +22,7 @@ from simcore.dataset import (
     has_current_result,
     open_dataset,
     read_row,
+    read_tables,
     row,
     write_dataset,
     write_rows,
@@ -58,7 +60,8 @@ def simulated(tmp_path_factory):
 
 def test_dimensions_are_the_axes(made):
     study, ds = made
-    assert list(ds.sizes) == ["body", "support_angle_deg", "seat_depth_m", "region", "joint"]
+    assert list(ds.sizes) == ["body", "support_angle_deg", "seat_depth_m", "region", "joint",
+                              "metric", "variant"]
     assert list(study.axes) == list(ds.sizes)[:3]
     for name, values in study.axes.items():
         assert ds[name].values.tolist() == list(values)
@@ -138,7 +141,7 @@ def test_order_of_tables_and_rows_does_not_matter(made, tmp_path):
     one = collect(study, [tmp_path / "a.nc", tmp_path / "b.nc"])
     two = collect(study, [tmp_path / "b.nc", tmp_path / "a.nc"])
     xr.testing.assert_identical(one, two)
-    assert one.sizes == ds.sizes
+    assert {name: ds.sizes[name] for name in one.sizes} == one.sizes
     assert (one.fall_margin == one.support_angle_deg / 100).all()
 
 
@@ -301,6 +304,8 @@ def test_the_document_lists_every_variable():
         assert f"| `{name}` | {units} | {', '.join(dims)} | {long_name} |" in text
     for name, meaning in STATUS.items():
         assert f"| `{name}` | {meaning} |" in text
+    for name, meaning in MEANINGS.items():
+        assert re.search(rf"\| `{name}` \| .*{re.escape(meaning)} \|", text), name
 
 
 def test_the_examples_of_the_document_run(simulated, tmp_path, monkeypatch):
@@ -310,7 +315,8 @@ def test_the_examples_of_the_document_run(simulated, tmp_path, monkeypatch):
     (folder / "candidates").mkdir(parents=True)
     (folder / "candidates" / path.name).write_bytes(path.read_bytes())
     write_rows([read_row(path.parent, candidate)], tmp_path / "rows.nc")
-    ds = collect(load_study(study.path, {"support_angle_deg": 7}), [tmp_path / "rows.nc"])
+    rows = [tmp_path / "rows.nc"]
+    ds = with_certificates(collect(study, rows), study, read_tables(rows))
     write_dataset(ds.expand_dims(support_angle_deg=[7]), folder / "dataset.nc")
     text = (ROOT / "docs" / "dataset.md").read_text(encoding="utf-8")
     names = {}

@@ -10,7 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from simcore.metrics import JOINTS, METRICS, compute_metrics, skin_pressure
+from simcore.metrics import (
+    CONTACT_PRESSURE,
+    JOINTS,
+    METRICS,
+    compute_metrics,
+    skin_pressure,
+)
 from simcore.pressure import SensorCells
 from simcore.recorder import FALL_DISPLACEMENT, Trajectory
 
@@ -126,13 +132,15 @@ def test_load_at_rest(scene):
     """Area and force over the last half second only; others are zero or absurd before."""
     trajectory, body = still(scene), scene.body
     late = trajectory.time > end_of(scene) - 0.55
-    force, normal = trajectory.support_force.copy(), trajectory.normal_force.copy()
+    force, normal = trajectory.support_force.copy(), trajectory.normal_force
     weight = body.mass * 9.81
     force[~late] = 1e6
     force[late, 2], force[late, 0] = 0.95 * weight, 55.0
-    normal[late, 100:300] = 1.0
-    normal[~late] = 7.0
-    told = figures(scene, replace(trajectory, support_force=force, normal_force=normal))
+    pressure = np.zeros(normal.shape)
+    pressure[late] = 0.5 * CONTACT_PRESSURE  # less than a mat reads
+    pressure[late, 100:300] = 2 * CONTACT_PRESSURE
+    pressure[~late] = 1e6
+    told = figures(scene, replace(trajectory, support_force=force), pressure)
     assert told["support_force_ratio"] == pytest.approx(0.95, rel=1e-3)
     assert told["contact_area"] == pytest.approx(body.skin.vertex_area[100:300].sum())
 

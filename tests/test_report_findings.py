@@ -1,14 +1,14 @@
 """Verdicts, thresholds, sentences and exemplars: pure functions of a dataset."""
 
-import json
 
 import pytest
 from report_studies import BODIES, SLING, make_dataset
 
+from simcore.report.equations import equations_of
 from simcore.report.exemplars import choose_exemplars
 from simcore.report.findings import body_findings, headline
 from simcore.report.html import simulate_command
-from simcore.report.physics import VARIED, equations_of, tables_of
+from simcore.report.physics import tables_of
 from simcore.report.quantities import QUANTITIES, axes_of, number_text, path_value
 from simcore.report.trust import columns_of, fill_missing_metrics, trust_rows, trust_summary
 from simcore.report.verdicts import (
@@ -274,55 +274,3 @@ def test_trust_tells_steadiness_and_that_a_sheet_counts(tmp_path):
     lift = {tile["title"]: tile for tile in trust_summary(make_dataset(tmp_path, lambda _: 0.5))}
     assert lift["Unsteadiness of the support force"]["good"]
     assert "sheet" not in lift["Support force over weight, at rest"]["note"]
-
-
-def test_physics_tells_constants_with_units_and_what_is_varied(tmp_path):
-    ds = make_dataset(tmp_path, lambda place: 0.5, axes=ANGLES)
-    tables = {table.title: dict(row[:2] for row in table.rows) for table in tables_of(ds)}
-    assert tables["Contact"]["stiffness"] == "1,000 N/m"
-    assert tables["Device"]["support angle"] == VARIED
-    assert tables["Posture"]["knee flexion"].endswith("°")
-    (gains,) = [table for table in tables_of(ds) if table.title == "Joint gains"]
-    assert ("hip", "1 N·m/rad", "1 N·m·s/rad") in gains.rows
-    assert [numbers for _, numbers, _ in equations_of(ds)] == [
-        "Eq. 1", "Eq. 2", "Eq. 3", "Eqs. 8–12", "Eq. 6", "Eq. 7", "", "Eq. P1", "Eq. P2"
-    ]
-
-
-def test_physics_of_a_sling(tmp_path):
-    axes = "{stiffness_per_width_n_per_m: [5000, 20000], attachments.1.strap_length_m: [0.6, 0.7]}"
-    ds = make_dataset(tmp_path, lambda place: 0.5, axes=axes, **SLING)
-    design = json.loads(ds.attrs["designs"])[BODIES[0]]
-    tables = {table.title: table for table in tables_of(ds)}
-    sheet = dict(tables["Sheet"].rows)
-    assert sheet["material stiffness per width"] == VARIED
-    assert sheet["material areal density"].endswith(" kg/m²")
-    assert dict(tables["Bed"].rows)["pressure stiffness"].endswith(" Pa/m")
-    assert "stiffness" not in dict(tables["Contact of skin and bed"].rows)
-    assert dict(tables["Simulation of the sheet"].rows)["solver kind"] == (
-        design["method"]["sheet"]["solver"]["kind"]
-    )
-    straps = tables["Straps"]
-    assert straps.head == ("Strap", "On the sheet", "On the bar", "Length")
-    attachments = design["device"]["hanging"]["attachments"]
-    assert len(straps.rows) == len(attachments)
-    assert straps.rows[0][3].endswith("m") and straps.rows[1][3] == VARIED
-    numbers = [equation for _, equation, _ in equations_of(ds)]
-    for needed in ("4", "S2", "S3", "S4", "S5", "S6", "S8"):
-        assert f"Eq. {needed}" in numbers
-    assert not {"Eq. S7", "Eqs. S9–S11"} & set(numbers)
-
-
-def test_physics_follows_solver_law_and_material(tmp_path):
-    ds = make_dataset(tmp_path, lambda place: 0.5, **SLING)
-    designs = json.loads(ds.attrs["designs"])
-    for design in designs.values():
-        design["method"]["sheet"] |= {"solver": {"kind": "liu", "tolerance": 1e-3},
-                                      "contact": {"law": "penalty"}}
-    devices = json.loads(ds.attrs["devices"])
-    for device in devices.values():
-        device["sheet"]["material"] = {"kind": "paper"}
-    ds.attrs |= {"designs": json.dumps(designs), "devices": json.dumps(devices)}
-    numbers = {equation for _, equation, _ in equations_of(ds)}
-    assert {"Eqs. S9–S11", "Eqs. 7, S7"} <= numbers
-    assert not {"Eq. S3", "Eq. S6", "Eq. S8"} & numbers

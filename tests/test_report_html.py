@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 from PIL import Image
-from report_studies import BODIES, SLING, figures, make_study
+from report_studies import ANGLES, BODIES, SLING, figures, make_study
 
 from simcore.dataset import (
     candidate_dataset,
@@ -36,7 +36,6 @@ from simcore.report.sling_pictures import (
 )
 from simcore.scene import build_scene
 
-ANGLES = "{support_angle_deg: [0, 4, 7]}"
 VOID = {"meta", "img", "br", "link", "input", "hr"}
 
 
@@ -185,6 +184,14 @@ def test_each_exemplar_has_three_pictures_that_show_something(simulated, hung):
         assert picture[shown][:, :3].std() > 10
 
 
+def test_a_lift_in_production_is_pictured_with_its_flesh_told(tmp_path):
+    page = report_of(tmp_path, lambda place: 0.6, method="production").page
+    assert len(page.all("img")) == 3
+    assert "No picture" not in page.text
+    assert "Flesh of an adult of 23 kg/m²" in page.text
+    assert "heel 10 mm no from memory, to be confirmed 120,000 Pa assumed" in page.text
+
+
 def test_a_sling_is_seen_in_its_colour_and_left_out_of_the_pressure_map(hung):
     def share(picture, colour):
         """Share of the picture that has the hue of a colour, whatever its light."""
@@ -309,12 +316,10 @@ def test_missing_and_unreadable_candidates_are_named(simulated, tmp_path):
     ("outcome", "options", "told", "chart_count"),
     [
         (by_angle, {"axes": ANGLES}, "falls at 4° and below, holds from 7°", 5),
+        (by_angle, {"axes": ANGLES, "method": "production"}, "falls at 4° and below", 5),
         (lambda place: 0.6, {"bodies": BODIES[:1]}, "The one candidate held its body.", 4),
         (lambda place: 0.6, {}, "All 2 candidates held their body.", 4),
-        (
-            lambda place: "initial_penetration", {"axes": ANGLES},
-            "initial penetration: made up to fail", 0,
-        ),
+        (lambda place: "initial_penetration", {"axes": ANGLES}, "penetration: made up to fail", 0),
         (
             lambda place: 0.6 if place["sex"] == "male" else -0.4,
             {"axes": "{sex: [male, female]}", "bodies": BODIES[:1]},
@@ -322,7 +327,8 @@ def test_missing_and_unreadable_candidates_are_named(simulated, tmp_path):
         ),
         (
             lambda place: 0.6 if place["device"] == "robotic_lift" else 0.3,
-            {"devices": ("sling_reclined", "robotic_lift"), "posture": "lying", "method": "sling"},
+            {"devices": ("sling_reclined", "robotic_lift"), "posture": "lying",
+             "method": "production"},
             "pressed least at device robotic_lift, with a peak of 10.0 kPa", 7,
         ),
         (
@@ -335,7 +341,8 @@ def test_missing_and_unreadable_candidates_are_named(simulated, tmp_path):
             "for recline 10°", 8,
         ),
     ],
-    ids=["axis", "one", "bodies", "failed", "categorical", "devices", "sling", "three_axes"],
+    ids=["axis", "production", "one", "bodies", "failed", "categorical", "devices", "sling",
+         "three_axes"],
 )
 def test_report_builds_in_every_case(tmp_path, outcome, options, told, chart_count):
     _, dataset = make_study(tmp_path, outcome, **options)

@@ -52,9 +52,14 @@ class Parts:
         add_self_contact(
             self.pairs, self.ends, self.radius, np.full(len(self.pairs), allowed), self.rotations,
             self.positions, self.velocities, np.full(len(self.pairs), K),
-            np.full(len(self.pairs), damping), total,
+            np.full(len(self.pairs), damping), 0.0, total, *self.met(),
         )
         return total
+
+    def met(self):
+        """Places and directions (p, 3), and impedances (p,), to be overwritten."""
+        count = len(self.pairs)
+        return np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count)
 
     def energy(self):
         return K / 2 * float((np.maximum(self.overlaps(), 0) ** 2).sum())
@@ -228,7 +233,7 @@ def test_wrenches_are_added_to():
     alone, total = parts.wrench(), np.ones((2, 6))
     add_self_contact(
         parts.pairs, parts.ends, parts.radius, np.zeros(1), parts.rotations, parts.positions,
-        parts.velocities, np.full(1, K), np.zeros(1), total,
+        parts.velocities, np.full(1, K), np.zeros(1), 0.0, total, *parts.met(),
     )
     assert total == pytest.approx(1 + alone)
 

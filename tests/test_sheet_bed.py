@@ -5,7 +5,6 @@ from math import cos, sin
 
 import numpy as np
 import pytest
-from sheets import NO_STRAPS, fabric, rectangular, untouched
 
 from simcore.sheet import (
     STILL_BAR,
@@ -18,11 +17,15 @@ from simcore.sheet import (
     lay_flat,
     make_sheet,
 )
+from simcore.validation.sheet_scenes import (
+    FOUNDATION,
+    NO_STRAPS,
+    fabric,
+    rectangular,
+    untouched,
+)
 
 G = 9.80665
-FOUNDATION = 1.0e6
-"""Stiffness of the bed per area [N/m³]."""
-
 DENSITY, SIDE, CREEP = 10.0, 0.3, 0.02
 
 

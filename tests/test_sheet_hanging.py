@@ -6,8 +6,6 @@ from math import cosh, sinh
 import numpy as np
 import pytest
 from pydantic import ValidationError
-from scipy.optimize import brentq
-from sheets import NO_STRAPS, fabric, rectangular, untouched
 
 from simcore.config.sling_lift import (
     EdgeAttachment,
@@ -21,13 +19,14 @@ from simcore.sheet import (
     BarState,
     ExplicitSolver,
     LiuSolver,
-    SheetState,
     build_net,
     build_straps,
     check_reach,
     lay_flat,
     make_sheet,
 )
+from simcore.validation.sheet_scenes import fabric, rectangular, untouched
+from simcore.validation.sheets import LENGTH, SPAN, catenary_parameter, hang_strip
 
 PAPER = PaperMaterial(kind="paper", stiffness_n_per_m=1000.0, mass_kg=10.0)
 
@@ -95,18 +94,10 @@ def test_patches_are_centred_on_their_points():
 
 def test_strip_hangs_in_a_catenary():
     """A strip of length L over a span l: sag a (cosh(l/2a) − 1) with 2 a sinh(l/2a) = L."""
-    length, span = 2.0, 1.6
-    net = build_net(rectangular(length, 0.1, fabric(1e5, 10.0), 400))
-    ends = np.isin(net.rest_position[:, 0], [0.0, net.rest_position[:, 0].max()])
-    sheet = replace(make_sheet(net, build_straps(net, NO_STRAPS), ends), drag_rate=8.0)
-    x, y = net.rest_position.T
-    depth = np.sqrt(length**2 - span**2) / 2
-    vee = np.column_stack([x * span / length, y, -depth * (1 - np.abs(2 * x / length - 1))])
-    state = SheetState(vee, np.zeros_like(vee))
-    ExplicitSolver(sheet).advance(state, 4.0, untouched(sheet), STILL_BAR)
+    state, a = hang_strip(), catenary_parameter()
+    assert 2 * a * sinh(SPAN / 2 / a) == pytest.approx(LENGTH)
     assert np.abs(state.velocity).max() < 5e-3
-    a = brentq(lambda a: 2 * a * sinh(span / 2 / a) - length, 0.1, 10)
-    assert -state.position[:, 2].min() == pytest.approx(a * (cosh(span / 2 / a) - 1), rel=0.02)
+    assert -state.position[:, 2].min() == pytest.approx(a * (cosh(SPAN / 2 / a) - 1), rel=0.02)
 
 
 def test_edges_tie_to_poles_and_a_rising_bar_carries_the_weight():

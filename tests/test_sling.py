@@ -85,26 +85,35 @@ def test_forces_on_skin_vertices_arrive_as_wrenches_on_segments():
     expected = wrench_on_segments(steps.scene.body.skin, rotations, force)
     assert interaction.segment_wrench == pytest.approx(expected, abs=1e-6)
     normal = np.zeros(len(force))
-    interaction.add_skin_forces(normal)
+    on_sheet = solver.reactions[-1].contact.normal_force
+    interaction.add_forces_through_mat(on_sheet, normal)
     assert normal.sum() == pytest.approx(solver.reactions[-1].contact.normal_force.sum())
     assert np.all(normal >= 0)
-    assert np.all(force[normal == 0] == 0)
+    assert np.all(normal[np.linalg.norm(force, axis=1) > 0] > 0)
 
 
 @pytest.mark.parametrize("law", ["foundation", "penalty"])
 def test_the_body_gets_the_impulse_that_the_sheet_gave(law):
-    """Over 0.4 s and at every step, to the error of the integrator; the bed is away."""
+    """Over 0.4 s and at every exchange, to the error of the integrator; the bed is away.
+
+    What the body did not take of it the sheet has back, at the next exchange, but for little:
+    Eq. I2 takes blended skin for rigid.
+    """
     changes = {} if law == "foundation" else {"method.sheet.contact": PENALTY}
     seen, solver = watched(falling_scene(changes))
     steps = Steps(seen)
     weight = seen.body.mass * seen.body.model.gravity.linear
-    impulse, before = np.zeros(3), steps.momentum()
-    for _ in range(200):
+    impulse, before, given_back = np.zeros(3), steps.momentum(), np.zeros(3)
+    for step in range(200):
+        momentum, received = steps.momentum() - before, impulse.copy()
         steps.step()
+        if step % 2 == 0:  # began with an exchange
+            given_back += steps.interaction._on_skin.given_back
+            assert momentum == pytest.approx(received - given_back, abs=0.3)
         impulse += steps.h * (weight - solver.of_skin()[-1])
-        assert steps.momentum() - before == pytest.approx(impulse, abs=2e-3)
     given_up = seen.sling.step * np.abs(solver.of_skin().sum(axis=0))
     assert given_up[2] > 50  # N s
+    assert 0.5 < np.abs(given_back).max() < 0.25 * given_up[2]
 
 
 def test_the_sheet_keeps_momentum_to_rounding():
@@ -116,8 +125,9 @@ def test_the_sheet_keeps_momentum_to_rounding():
     seen, solver = watched(still)
     steps = Steps(seen)
     impulse = np.zeros(3)
-    for _ in range(160):
+    for step in range(160):
         steps.step()
+        impulse += steps.interaction._on_skin.given_back * (step % 2 == 0)
     weight = sheet.net.mass.sum() * sheet.gravity
     for reaction in solver.reactions:
         outer = reaction.strap_force.sum(axis=0)
@@ -138,11 +148,15 @@ def test_impulse_of_gravity_straps_and_bed_is_the_momentum(what):
         ],
     }
     errors = []
-    for step in (0.002, 0.001):
+    for step in (0.004, 0.001):
         seen = sling_scene(changes | {
             "record_rate_hz": 1 / step, "time_step_s": step, "duration_min_s": 0.2,
             "duration_max_s": 0.2, "method.sheet.step_s": 2 * step,
         })
+        undamped = dataclasses.replace(seen.sling.solver.sheet, drag_rate=0.0)
+        seen = dataclasses.replace(
+            seen, sling=dataclasses.replace(seen.sling, solver=ExplicitSolver(undamped))
+        )
         trajectory = simulate(seen)
         assert trajectory.status == "ok"
         sheet, model = seen.sling.solver, seen.body.model
@@ -153,7 +167,7 @@ def test_impulse_of_gravity_straps_and_bed_is_the_momentum(what):
             for q, v in zip(trajectory.q[::2], trajectory.v[::2], strict=True)
         ])[1:] + np.einsum("n,tnc->tc", sheet.inertia, velocity)
         impulse = np.cumsum(step * trajectory.support_force, axis=0)[1::2]
-        weight = seen.weight / 9.81 * model.gravity.linear
+        weight = np.array([0.0, 0.0, -seen.weight])
         impulse += np.outer((np.arange(len(impulse)) + 1) * 2 * step, weight)
         count = min(len(impulse), len(momentum))
         errors.append(np.abs(impulse[:count] - momentum[:count]).max())
@@ -295,7 +309,7 @@ def test_a_sheet_that_starts_beyond_the_flesh_is_told_as_well():
     """Within what initial_penetration_limit_m allows, but flesh is only 2 mm thick."""
     height = scene().configuration[2]
     deep = sling_scene({
-        "posture.placement.approach": (), "flesh_thickness_m": 0.002,
+        "posture.placement.approach": (), "method.contact.flesh.thickness_m": 0.002,
         "posture.placement.pelvis_m": (0.0, 0.0, float(height) - 0.006),
     })
     with pytest.raises(SimulationError) as caught:  # there is no frame to keep
@@ -304,34 +318,36 @@ def test_a_sheet_that_starts_beyond_the_flesh_is_told_as_well():
 
 
 def carried(changes, seconds=0.35):
-    """Mean force of the skin on the sheet over the last third of a fall on to straps [N]."""
+    """Impulse that the body had from the sheet in a fall on to straps [N s]."""
     seen, solver = watched(falling_scene(changes))
     steps = Steps(seen)
-    for _ in range(round(seconds / steps.h)):
+    given_back = 0.0
+    for step in range(round(seconds / steps.h)):
         steps.step()
-    return -solver.of_skin()[:, 2], steps, solver
+        given_back += steps.interaction._on_skin.given_back[2] * (step % 2 == 0)
+    impulse = -steps.scene.sling.step * solver.of_skin()[:, 2].sum() - given_back
+    return impulse, steps, solver
 
 
 def test_liu_and_explicit_carry_the_same_weight():
-    """Impulse on the body over its fall into the sheet; explicit added inertia is the rest."""
+    """Impulse on the body over its fall into the sheet, with sub-steps that add little inertia."""
     impulses, heights = [], []
-    for kind in ({"kind": "explicit"}, {"kind": "liu", "tolerance": 1e-3}):
-        # Flesh damped by less than 0.02 s makes Liu's iteration stall in so hard a fall.
-        changes = {"method.sheet.solver": kind, "method.sheet.contact.damping_time_s": 0.02}
-        force, steps, _ = carried(changes, seconds=0.3)
-        impulses.append(steps.scene.sling.step * force.sum())
+    for kind in ({"kind": "explicit", "substep_s": 1e-4}, {"kind": "liu", "tolerance": 1e-3}):
+        impulse, steps, _ = carried({
+            "method.sheet.solver": kind, "method.contact.damping_time_s": 0.02,
+            "time_step_s": 0.001, "method.sheet.step_s": 0.002,
+        }, seconds=0.3)
+        impulses.append(impulse)
         heights.append(steps.q[2])
-    assert impulses[0] == pytest.approx(impulses[1], rel=0.05)
-    assert heights[0] == pytest.approx(heights[1], abs=0.01)
+    assert impulses[0] == pytest.approx(impulses[1], rel=0.03)
+    assert heights[0] == pytest.approx(heights[1], abs=0.003)
 
 
 def test_the_papers_contact_carries_the_same_weight():
     """Springs at sheet vertices, instead of flesh: the same weight at another depth."""
     flesh, _, _ = carried({})
-    force, steps, solver = carried({"method.sheet.contact": PENALTY})
-    assert steps.scene.sling.step * force.sum() == pytest.approx(
-        steps.scene.sling.step * flesh.sum(), rel=0.1
-    )
+    springs, _, solver = carried({"method.sheet.contact": PENALTY})
+    assert springs == pytest.approx(flesh, rel=0.1)
     of_skin = solver.reactions[-1].contact
     touching = of_skin.normal_force > 0
     assert touching.sum() > 20

@@ -31,7 +31,7 @@ def study(tmp_path, monkeypatch) -> Path:
     device = read_yaml(Path("designs/devices/sling_reclined.yaml"))
     device["sheet"]["vertex_count"] = 300
     write_yaml(DEVICE, device)
-    write_yaml(METHOD, read_yaml(Path("designs/methods/sling.yaml")))
+    write_yaml(METHOD, read_yaml(Path("designs/methods/production.yaml")))
     Path(FILE).write_text(STUDY, encoding="utf-8")
     return Path(FILE)
 
@@ -164,10 +164,10 @@ def test_in_the_file_of_a_method(check, path, value, expected):
         ("sheet.step_s", 0.03, "sheet.step_s: is 0.03; accepted: number above 0, at most 0.02"),
         ("sheet.solver.kind", "euler", "sheet.solver: kind is 'euler'; accepted: "),
         ("sheet.solver", {"kind": "liu", "tolerance": 0}, "tolerance: is 0; accepted: number abo"),
-        ("sheet.contact.law", "glue", "sheet.contact: law is 'glue'; accepted: "),
-        ("sheet.contact.flesh_modulus_pa", 0, "flesh_modulus_pa: is 0; accepted: number above 0"),
-        ("sheet.contact.flesh_thickness_m", -1, "flesh_thickness_m: is -1; accepted: number abov"),
-        ("sheet.contact.friction_coefficient", -0.1, "friction_coefficient: is -0.1; accepted: n"),
+        ("contact.law", "glue", "contact: law is 'glue'; accepted: "),
+        ("contact.flesh", {"modulus_pa": 0, "thickness_m": 1}, "modulus_pa: is 0; accepted: numbe"),
+        ("contact.flesh", {"modulus_pa": 1, "thickness_m": -1}, "thickness_m: is -1; accepted: nu"),
+        ("contact.friction_coefficient", -0.1, "friction_coefficient: is -0.1; accepted: n"),
         ("self_contact.damping_time_s", -1, "self_contact.damping_time_s: is -1; accepted: numbe"),
     ],
 )

@@ -12,12 +12,13 @@ from simcore.body.reach import check_body
 from simcore.body.regions import REGION_NAMES
 from simcore.body.segments import SEGMENT_NAMES
 from simcore.body.skeleton import build_model, configuration_of
-from simcore.body.skin import SKIN_FIELDS, Skin
+from simcore.body.skin import SKIN_FIELDS, Skin, blend
 from simcore.cache import cache_folder, cached_arrays, content_key
 
 # Modules that use a finished body; any other module of this package may change what is cached.
 CONSUMERS = {
-    "__init__", "build", "capsules", "describe", "posture", "reach", "skin_listed", "tissue"
+    "__init__", "build", "capsules", "describe", "flesh", "posture", "reach", "skin_listed",
+    "tissue",
 }
 
 
@@ -98,3 +99,12 @@ def build_body(design, name: str | None = None) -> Body:
         vertex_region=arrays["vertex_region"],
         region_names=REGION_NAMES,
     )
+
+
+def posed_skin(body: Body, q: np.ndarray) -> np.ndarray:
+    """Return the skin vertices (n, 3) of a configuration, world frame [m]."""
+    data = body.model.createData()
+    pin.forwardKinematics(body.model, data, q)
+    rotations = np.array([placement.rotation for placement in data.oMi[1:]])
+    positions = np.array([placement.translation for placement in data.oMi[1:]])
+    return blend(body.skin, rotations, positions)

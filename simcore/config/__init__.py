@@ -1,10 +1,13 @@
 """YAML → validated designs → candidates. YAML is read here and nowhere else."""
 
+from simcore.config.candidate import Candidate
 from simcore.config.designs import BodyDesign, Design, DeviceDesign, Method, Posture
-from simcore.config.study import Candidate, Study, load_study
+from simcore.config.refined import VARIANTS, refined, variants_of
+from simcore.config.study import Study, load_study
 from simcore.config.yaml_file import parse_scalar, read_design
 
 __all__ = [
+    "VARIANTS",
     "BodyDesign",
     "Candidate",
     "Design",
@@ -15,4 +18,6 @@ __all__ = [
     "load_study",
     "parse_scalar",
     "read_design",
+    "refined",
+    "variants_of",
 ]

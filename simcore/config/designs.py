@@ -139,7 +139,7 @@ class JointGains(Strict):
 
 
 class Joints(Strict):
-    """Gains by joint; left and right are alike."""
+    """Gains by joint, left and right alike, and what the joints do by themselves."""
 
     lumbar: JointGains
     thoracic: JointGains
@@ -151,11 +151,20 @@ class Joints(Strict):
     knee: JointGains
     ankle: JointGains
     toe: JointGains
+    passive: Annotated[
+        Literal["none", "anatomical"],
+        Field(description="moments of ligaments and muscles at rest, and ends of ranges (Eqs. J1 "
+              "to J5), or none"),
+    ] = "none"
+    muscle_tone: Annotated[
+        NotNegative, Field(description="factor on all springs to the posture; 0 is limp")
+    ] = 1.0
 
 
 class PenaltyContact(Strict):
     """Penalty and regularised friction, one spring per device vertex (Eqs. 6 and 7)."""
 
+    law: Annotated[Literal["penalty"], Field(description="one spring a device vertex")]
     stiffness_n_per_m: Annotated[Positive, Field(description="k_contact, per device vertex")]
     damping_ns_per_m: Annotated[NotNegative, Field(description="normal damping, per contact")]
     friction_force_n: Annotated[NotNegative, Field(description="F_c, per contact")]
@@ -163,6 +172,31 @@ class PenaltyContact(Strict):
     search_radius_m: Annotated[
         Finite, Field(ge=0.02, le=0.2, description="device vertices farther from the skin are free")
     ]
+    initial_penetration_limit_m: Annotated[Positive, Field(description="a deeper start is refused")]
+
+
+class UniformFlesh(Strict):
+    """The same flesh all over the body."""
+
+    modulus_pa: Annotated[
+        Positive, Field(description="E: pressure over strain, where it is small")
+    ]
+    thickness_m: Annotated[Positive, Field(description="less where a limb is thinner")]
+
+
+class FoundationContact(Strict):
+    """Pressure as a function of depth, and friction that sticks (Eqs. C1 and C2)."""
+
+    law: Annotated[Literal["foundation"], Field(description="pressure over depth")]
+    tissue: Annotated[
+        Literal["linear", "stiffening"],
+        Field(description="pressure E ε, or E ε/(1 − ε), at the strain ε of the flesh"),
+    ]
+    flesh: Annotated[
+        UniformFlesh | None, Field(description="of all the body; none: that of each region")
+    ] = None
+    damping_time_s: Annotated[NotNegative, Field(description="damping over stiffness")]
+    friction_coefficient: Annotated[NotNegative, Field(description="µ of skin and device")]
     initial_penetration_limit_m: Annotated[Positive, Field(description="a deeper start is refused")]
 
 
@@ -186,22 +220,6 @@ class SheetPenalty(Strict):
     damping_ns_per_m: Annotated[NotNegative, Field(description="normal damping, per contact")]
     friction_force_n: Annotated[NotNegative, Field(description="F_c, per contact")]
     friction_velocity_m_per_s: Annotated[Positive, Field(description="threshold ε")]
-
-
-class SheetFoundation(Strict):
-    """Pressure as a function of depth, and friction that sticks (Eqs. S5, S6 and S12)."""
-
-    law: Annotated[Literal["foundation"], Field(description="pressure over depth")]
-    flesh_modulus_pa: Annotated[
-        Positive, Field(description="E of the flesh: pressure over strain, where it is small")
-    ]
-    flesh_thickness_m: Annotated[
-        Positive, Field(description="of the flesh; less where a limb is thinner")
-    ]
-    damping_time_s: Annotated[
-        NotNegative, Field(description="normal damping over stiffness")
-    ]
-    friction_coefficient: Annotated[NotNegative, Field(description="µ of skin and sheet")]
 
 
 class ExplicitSheet(Strict):
@@ -234,9 +252,9 @@ class SheetMethod(Strict):
         ExplicitSheet | LiuSheet, Field(discriminator="kind", description="what moves the sheet")
     ]
     contact: Annotated[
-        SheetFoundation | SheetPenalty,
-        Field(discriminator="law", description="what skin and bed do to the sheet"),
-    ]
+        SheetPenalty | None,
+        Field(description="what skin and bed do to the sheet; none: as the method's contact"),
+    ] = None
 
 
 class Settling(Strict):
@@ -258,7 +276,10 @@ class Settling(Strict):
 class Method(Strict):
     """How a candidate is simulated: designs/methods/NAME.yaml."""
 
-    integrator: Annotated[Literal["rk4"], Field(description="explicit Runge–Kutta of order 4")]
+    integrator: Annotated[
+        Literal["rk4", "implicit"],
+        Field(description="explicit Runge–Kutta of order 4, or the linearly implicit midpoint"),
+    ]
     time_step_s: Annotated[Finite, Field(gt=0, le=0.02, description="step of the integrator")]
     record_rate_hz: Annotated[
         Finite, Field(ge=1, le=1000, description="frames kept of each simulated second")
@@ -272,13 +293,27 @@ class Method(Strict):
     ]
     settling: Annotated[Settling, Field(description="the time before the device moves")]
     joints: Annotated[Joints, Field(description="gains of the joints")]
-    contact: Annotated[PenaltyContact, Field(description="contact of skin and rigid device")]
+    contact: Annotated[
+        FoundationContact | PenaltyContact,
+        Field(discriminator="law", description="contact of skin and device"),
+    ]
     self_contact: Annotated[
         SelfContact | None, Field(description="contact of body parts; none: they pass through")
     ] = None
     sheet: Annotated[
         SheetMethod | None, Field(description="the sheet of a sling lift; none: no sling lift")
     ] = None
+
+    @model_validator(mode="after")
+    def _laws_fit(self):
+        if (self.contact.law == "foundation") != (self.integrator == "implicit"):
+            raise ValueError(
+                f"integrator is {self.integrator}; accepted: implicit with contact.law foundation, "
+                "rk4 with penalty"
+            )
+        if self.sheet and not self.sheet.contact and self.contact.law == "penalty":
+            raise ValueError("sheet.contact is missing; accepted: a law, as contact is penalty")
+        return self
 
     @model_validator(mode="after")
     def _sheet_keeps_step(self):

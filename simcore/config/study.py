@@ -1,12 +1,10 @@
 """A study: which designs, and which of their dimensions are varied → candidates."""
 
-import hashlib
 import itertools
-import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import (
@@ -20,17 +18,16 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from simcore.config.candidate import Candidate, Scalar, content_id
 from simcore.config.designs import BodyDesign, Design, Method, Posture, read_device
 from simcore.config.paths import resolve_path, set_value
-from simcore.config.robotic_lift import MeshSurface, RoboticLift
+from simcore.config.refined import chosen_places, variants_of
 from simcore.config.values import Finite, Positive, Strict, Whole
 from simcore.config.yaml_file import read_design, read_yaml, shown, validate
 from simcore.errors import DesignError
 
 CANDIDATES_MAX = 100_000
 """Most candidates of one study; a slip of a step would otherwise fill the memory."""
-
-Scalar = bool | int | float | str
 
 
 def _scalar(value: object) -> Scalar:
@@ -103,6 +100,24 @@ Axis = Annotated[
 ]
 
 
+def _kind_of_choice(choice: object) -> str | None:
+    if isinstance(choice, list | tuple):
+        return "array"
+    return choice if choice in ("none", "all") else None
+
+
+Choice = Annotated[
+    Annotated[Literal["none"], Tag("none")]
+    | Annotated[Literal["all"], Tag("all")]
+    | Annotated[
+        tuple[Annotated[dict[str, AnyScalar], Field(min_length=1)], ...],
+        Field(min_length=1),
+        Tag("array"),
+    ],
+    Discriminator(_kind_of_choice),
+]
+
+
 class StudyFile(Strict):
     """A study as written: config/NAME.yaml."""
 
@@ -125,6 +140,11 @@ class StudyFile(Strict):
         dict[str, Axis],
         Field(default_factory=dict, description="values to vary, by path; none: one candidate"),
     ]
+    certify: Annotated[
+        Choice,
+        Field(description="candidates simulated again at half the step and on twice the mesh, by "
+              "values of axes"),
+    ] = "none"
     candidates_per_job: Annotated[
         Annotated[int, Field(ge=1), Whole] | None,
         Field(description="candidates that one process simulates; none: chosen"),
@@ -160,24 +180,6 @@ def _refuse_repeated(values: tuple, where: str) -> None:
 
 
 @dataclass(frozen=True)
-class Candidate:
-    """One design to simulate.
-
-    Attributes
-    ----------
-    id : str
-        Digest of the design's content; equal designs have equal ids in every study.
-    coordinates : dict
-        Its place in the study: axis name → value, `body` first, then `device` if several.
-    design : Design
-    """
-
-    id: str
-    coordinates: dict[str, Scalar]
-    design: Design
-
-
-@dataclass(frozen=True)
 class Study:
     """A resolved study.
 
@@ -194,6 +196,8 @@ class Study:
         Axis name → full path in the design.
     candidates : tuple of Candidate
         The full grid, last axis fastest.
+    variants : dict
+        Id of each candidate to certify → its variants by name.
     """
 
     name: str
@@ -203,6 +207,19 @@ class Study:
     axes: dict[str, tuple[Scalar, ...]]
     axis_paths: dict[str, str]
     candidates: tuple[Candidate, ...]
+    variants: dict[str, dict[str, Candidate]]
+
+    @property
+    def variant_runs(self) -> tuple[Candidate, ...]:
+        """The variants that are not among the candidates, each once."""
+        known = {candidate.id for candidate in self.candidates}
+        every = (each for variants in self.variants.values() for each in variants.values())
+        return tuple({each.id: each for each in every if each.id not in known}.values())
+
+    @property
+    def runs(self) -> tuple[Candidate, ...]:
+        """All that is simulated: the candidates, then the variants."""
+        return self.candidates + self.variant_runs
 
     @property
     def folder(self) -> Path:
@@ -219,7 +236,8 @@ def load_study(path: Path, replace: dict[str, Scalar] | None = None) -> Study:
         YAML file of the study.
     replace : dict, optional
         Values by path that take precedence over the file; a replaced axis is no longer an axis.
-        `body` and `device` replace the lists of bodies and devices.
+        `body` and `device` replace the lists of bodies and devices. Nothing is certified then:
+        the places to certify are those of the file's axes.
 
     Raises
     ------
@@ -228,6 +246,7 @@ def load_study(path: Path, replace: dict[str, Scalar] | None = None) -> Study:
     """
     path = Path(path)
     file = validate(StudyFile, read_yaml(path), shown(path))
+    certifies = not replace
     replace = dict(replace or {})
     for name, key in (("body", "bodies"), ("device", "devices")):
         if name in replace:
@@ -269,11 +288,18 @@ def load_study(path: Path, replace: dict[str, Scalar] | None = None) -> Study:
         for full in axes:
             set_value(tree, full, place[names[full]])
         design = validate(Design, tree, path, written_at)
-        content = _content_id(design, root, mesh_digests, path)
+        content = content_id(design, root, mesh_digests, shown(path))
         candidates.append(Candidate(content, place, design))
     axis_paths = {name: name for name in ("body", *devices)}
     axis_paths |= {names[full]: full for full in axes}
-    return Study(path.stem, path, root, file, values, axis_paths, tuple(candidates))
+    where = f"{shown(path)}: certify"
+    chosen = chosen_places(file.certify, values, axis_paths, where) if certifies else []
+    variants = {
+        each.id: variants_of(each, root, mesh_digests, where)
+        for each in candidates
+        if any(place.items() <= each.coordinates.items() for place in chosen)
+    }
+    return Study(path.stem, path, root, file, values, axis_paths, tuple(candidates), variants)
 
 
 def _trees(file: StudyFile, root: Path, path: Path) -> dict[tuple[str, str], dict]:
@@ -341,21 +367,3 @@ def _axis_names(paths: list[str]) -> dict[str, str]:
         full: full if last.count(name) > 1 or name.isdigit() else name
         for full, name in zip(paths, last, strict=True)
     }
-
-
-def _content_id(design: Design, root: Path, mesh_digests: dict, study: Path) -> str:
-    """Digest of everything that decides the outcome, the bytes of a mesh file included."""
-    content = json.dumps(design.model_dump(mode="json"), sort_keys=True)
-    device = design.device
-    if isinstance(device, RoboticLift) and isinstance(device.surface, MeshSurface):
-        surface = device.surface
-        if surface.file not in mesh_digests:
-            mesh = root / surface.file
-            if not mesh.is_file():
-                raise DesignError(
-                    f"{shown(study)}: device.surface.file: no such mesh: {surface.file}; "
-                    "accepted: a path from the folder above designs/"
-                )
-            mesh_digests[surface.file] = hashlib.sha256(mesh.read_bytes()).hexdigest()
-        content += mesh_digests[surface.file]
-    return hashlib.sha256(content.encode()).hexdigest()[:12]

@@ -20,8 +20,8 @@ def near_bed(vertices, height, half_length, half_width):
 
 @compiled
 def bed_forces(
-    listed, vertices, velocities, area, stiffness, damping_time, friction, slip_speed, force,
-    normal_force,
+    listed, vertices, velocities, area, stiffness, damping_time, friction, slip_speed, lag, force,
+    normal_force, along, across,
 ):
     """Write the force of a mattress with its upper side at z = 0 on each listed skin vertex.
 
@@ -35,8 +35,12 @@ def bed_forces(
         A of each skin vertex [m²].
     stiffness, damping_time, friction, slip_speed : float
         K [Pa/m], τ [s], µ and ε [m/s].
+    lag : float
+        Time after which an implicit step wants to know the force [s].
     force : (n, 3), normal_force : (n,) float64
         On the skin, and its normal part [N]; overwritten where listed.
+    along, across : (n,) float64
+        Impedance lag² K + lag D, normal and tangential [kg]; overwritten where listed.
 
     Returns
     -------
@@ -48,7 +52,7 @@ def bed_forces(
     """
     count, depth_max, deepest = 0, 0.0, -1
     for i in listed:
-        force[i, 0] = force[i, 1] = force[i, 2] = normal_force[i] = 0.0
+        force[i, 0] = force[i, 1] = force[i, 2] = normal_force[i] = along[i] = across[i] = 0.0
         depth = -vertices[i, 2]
         if depth <= 0.0:
             continue
@@ -60,4 +64,7 @@ def bed_forces(
         hold = friction * normal / max(np.sqrt(u * u + v * v), slip_speed)
         force[i, 0], force[i, 1], force[i, 2] = -hold * u, -hold * v, normal
         normal_force[i] = normal
+        if normal > 0.0:
+            along[i] = lag * (lag + damping_time) * area[i] * stiffness
+            across[i] = lag * hold
     return count, depth_max, deepest

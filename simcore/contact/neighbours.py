@@ -126,11 +126,11 @@ class Neighbours:
         )
         self._outer = self._can_touch(near, vertices, device, OUTER_SLACK)
         self._outer_listed = _with_rings(self._outer[2], *self._rings, len(vertices))
-        _write_relative(
+        write_relative(
             rotations, positions, device.rotation, device.position, self._outer_pose
         )
         # A segment whose skin is far from the device may move by as much as it is far.
-        nearest, used = _nearest_by_segment(
+        nearest, used = nearest_by_segment(
             offsets, segments, self._clearance, self._outer_listed, len(rotations)
         )
         far = np.maximum(OUTER_SLACK, nearest - self._search_radius)
@@ -144,7 +144,7 @@ class Neighbours:
             self._outer, vertices, device, INNER_SLACK
         )
         self.listed = _with_rings(self.candidates, *self._rings, len(vertices))
-        _write_relative(
+        write_relative(
             rotations, positions, device.rotation, device.position, self._inner_pose
         )
         self.rebuilds[1] += 1
@@ -157,7 +157,7 @@ class Neighbours:
 
 
 @compiled
-def _write_relative(rotations, positions, rotation, position, out):
+def write_relative(rotations, positions, rotation, position, out):
     """Write each segment's pose in the device frame as [R | x]."""
     for j in range(out.shape[0]):
         for a in range(3):
@@ -179,18 +179,18 @@ def _used_up(
 ):
     """Return whether any segment's skin may have moved beyond its outer, and inner, allowance."""
     now = np.empty((rotations.shape[0], 3, 4))
-    _write_relative(rotations, positions, rotation, position, now)
+    write_relative(rotations, positions, rotation, position, now)
     inner = False
     for j in range(now.shape[0]):
-        if _motion_bound(now[j], outer_pose[j], centre[j], radius[j]) > outer_allowance[j]:
+        if motion_bound(now[j], outer_pose[j], centre[j], radius[j]) > outer_allowance[j]:
             return True, True
-        if _motion_bound(now[j], inner_pose[j], centre[j], radius[j]) > inner_allowance[j]:
+        if motion_bound(now[j], inner_pose[j], centre[j], radius[j]) > inner_allowance[j]:
             inner = True
     return False, inner
 
 
 @compiled
-def _motion_bound(now, then, centre, radius):
+def motion_bound(now, then, centre, radius):
     """Return a bound of how far any point of a ball has moved between two poses [m].
 
     |ΔR c + Δx| + ‖ΔR‖₂ r, where ‖ΔR‖₂ = ‖ΔR‖_F / √2 for a difference of rotations.
@@ -322,7 +322,7 @@ def _can_touch(
 
 
 @compiled
-def _nearest_by_segment(offsets, segments, clearance, listed, segment_count):
+def nearest_by_segment(offsets, segments, clearance, listed, segment_count):
     """Return each segment's least skin clearance [m], and whether it carries a listed vertex."""
     nearest = np.full(segment_count, np.inf)
     used = np.zeros(segment_count, np.bool_)

@@ -18,7 +18,7 @@ def overlaps(pairs, ends, radius, rotations, positions):
 @compiled
 def add_self_contact(
     pairs, ends, radius, allowed, rotations, positions, local_velocities, stiffness, damping,
-    wrench,
+    lag, wrench, points, normals, along,
 ):
     """Add the forces between overlapping capsules to the wrenches on their segments.
 
@@ -39,19 +39,29 @@ def add_self_contact(
         Linear and angular velocity in the segment's own axes [m/s, rad/s].
     stiffness, damping : (p,) float64
         k [N/m] and c [N·s/m] of each pair.
+    lag : float
+        Time after which an implicit step wants to know the force [s].
     wrench : (m, 6) float64
         Force and moment about each segment's origin, world axes [N, N·m]; added to.
+    points, normals : (p, 3), along : (p,) float64
+        Where each pair touches [m], its n, and its impedance lag² k + lag c [kg], zero apart;
+        overwritten.
     """
     for e in range(pairs.shape[0]):
         i, j = pairs[e, 0], pairs[e, 1]
         overlap, n, at_i, at_j = _meet(i, j, ends, radius, rotations, positions)
         depth = overlap - allowed[e]
+        along[e] = 0.0
         if depth <= 0.0:
             continue
         u, w = (_velocity(i, at_i, rotations, positions, local_velocities),
                 _velocity(j, at_j, rotations, positions, local_velocities))
         rate = n[0] * (u[0] - w[0]) + n[1] * (u[1] - w[1]) + n[2] * (u[2] - w[2])
         size = max(stiffness[e] * depth + damping[e] * rate, 0.0)
+        if size > 0.0:
+            along[e] = lag * (lag * stiffness[e] + damping[e])
+            for a in range(3):
+                points[e, a], normals[e, a] = 0.5 * (at_i[a] + at_j[a]), n[a]
         force = (size * n[0], size * n[1], size * n[2])
         _add(i, at_i, (-force[0], -force[1], -force[2]), positions, wrench)
         _add(j, at_j, force, positions, wrench)

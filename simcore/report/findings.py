@@ -22,7 +22,7 @@ from simcore.report.verdicts import (
 
 CAVEAT = (
     "Pressures compare designs within this study, computed over the cells of a sensor on a body "
-    "without bones or layers of tissue; they are no measure of clinical risk."
+    "of much simplified flesh; they are no measure of clinical risk."
 )
 
 _PRESSURE = QUANTITIES["peak_pressure"]

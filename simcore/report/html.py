@@ -13,10 +13,12 @@ from plotly.io import to_html
 from plotly.offline import get_plotlyjs
 
 from simcore.dataset import open_dataset
+from simcore.report.certificates import VARIANT_TITLES, certificates_of, doubt_of
 from simcore.report.charts import Chart, charts_of, slice_of
+from simcore.report.equations import equations_of
 from simcore.report.exemplars import choose_exemplars
 from simcore.report.findings import CAVEAT, body_findings, fall_reason, headline
-from simcore.report.physics import equations_of, tables_of
+from simcore.report.physics import tables_of
 from simcore.report.pictures import Gallery, take_pictures
 from simcore.report.pressure_scale import colour_stops
 from simcore.report.quantities import QUANTITIES, axes_of, number_text, place_text
@@ -85,7 +87,7 @@ def _page(ds: xr.Dataset, galleries: list[Gallery], scale: float, missing: list[
         lstrip_blocks=True,
     )
     charts = charts_of(ds)
-    verdicts, rows = verdicts_of(ds), trust_rows(ds)
+    verdicts, rows, certificates = verdicts_of(ds), trust_rows(ds), certificates_of(ds)
     return environment.get_template("template.html").render(
         title=ds.attrs.get("title", "Untitled study"),
         study=ds.attrs.get("study", ""),
@@ -105,6 +107,9 @@ def _page(ds: xr.Dataset, galleries: list[Gallery], scale: float, missing: list[
         rows=rows,
         remarks=any(row.note and not row.empty for row in rows),
         rows_left_out=max(verdicts.size - ROWS_MAX, 0),
+        variants=VARIANT_TITLES.values(),
+        certificates=certificates,
+        certificates_left_out=int(ds["certified"].notnull().sum()) - len(certificates),
         equations=equations_of(ds),
         tables=tables_of(ds),
         versions=ds.attrs.get("versions", "not recorded").split(", "),
@@ -148,11 +153,13 @@ def _matrix(ds: xr.Dataset, title: str, down: str, across, corner: str, fixed: s
                     "margin": QUANTITIES["fall_margin"].text(figures["fall_margin"].item())
                     if verdict != FAILED else "",
                     "why": fall_reason(figures),
+                    "doubt": doubt_of(figures),
                 }
             )
         rows.append((axis.text(value), cells))
     return {
         "title": title,
+        "doubted": any(cell["doubt"] for _, cells in rows for cell in cells),
         "corner": corner,
         "across": across.title if across else "",
         "columns": [across.text(value) for value in columns] if across else ["verdict"],
@@ -170,6 +177,7 @@ def _gallery(ds: xr.Dataset, gallery: Gallery) -> dict:
         "verdict": verdict,
         "mark": MARKS[verdict],
         "why": fall_reason(figures),
+        "doubt": doubt_of(figures),
         "reasons": gallery.exemplar.reasons,
         "pictures": gallery.pictures,
         "mat": gallery.mat and (gallery.mat, _figures_html(gallery.mat)),

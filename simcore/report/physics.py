@@ -1,93 +1,25 @@
-"""Dataset → the physics that was run: equations, constants and gains, as the designs state them."""
+"""Dataset → the physics that was run: constants, flesh and gains, as the designs state them."""
 
 import json
 from dataclasses import dataclass
 
 import xarray as xr
 
+from simcore.body.tissue import REFERENCE_BMI, rows_of_table
+from simcore.config.designs import JOINT_ANGLES
 from simcore.config.paths import leaf_paths
-from simcore.recorder import FALL_DISPLACEMENT
 from simcore.report.quantities import path_title, path_value
 
-BODY_EQUATIONS = (
-    ("Forward dynamics", "Eq. 1", "articulated-body algorithm, 47 degrees of freedom"),
-    ("Joints", "Eq. 2", "proportional–derivative torques towards the starting posture"),
-    ("Skin", "Eq. 3", "linear blend skinning of the surface by 18 segments"),
-    ("Contact on to joints", "Eqs. 8–12", "transpose of the skin's Jacobian"),
-)
-
-SELF_CONTACT_EQUATION = (
-    "Contact of body parts", "Eq. 13", "penalty between capsules that stand for the segments",
-)
-
-LIFT_EQUATIONS = (
-    ("Normal contact", "Eq. 6", "penalty from each device vertex to its nearest skin vertex"),
-    ("Friction", "Eq. 7", "regularised, opposite to the sliding velocity"),
-    ("Fall", "", f"the centre of mass is {FALL_DISPLACEMENT:g} m from its place on the device"),
-)
-
-BED_EQUATIONS = (
-    ("Body on the bed", "Eq. 6",
-     "penalty from each point of the bed, whose stiffness is the mattress's on its area"),
-    ("Friction on the bed", "Eq. 7", "regularised, opposite to the sliding velocity"),
-)
-
-SHEET_EQUATIONS = (
-    ("Motion of the sheet", "Eq. 4", "a mass at each vertex of a net; weight and drag"),
-    ("Springs of the sheet", "Eqs. 5, S1",
-     "along the sides and diagonals of the net's cells, and over two cells against bending"),
-)
-
-MATERIAL_EQUATIONS = {
-    "fabric": (
-        ("Fabric", "Eq. S2", "springs of an isotropic fabric, whatever the spacing of the net"),
-        ("Buckling", "Eq. S3", "a spring that is compressed gives way"),
-    ),
-    "paper": (("Material", "Eq. S2", "not used: every spring has the one stiffness given"),),
-}
-
-HANGING_EQUATIONS = (
-    ("Straps", "Eq. S4", "springs and dampers that only pull, from a patch of the sheet to a hook"),
-)
-
-SHEET_CONTACT_EQUATIONS = {
-    "foundation": (
-        ("Sheet on body and bed", "Eq. S5", "pressure over depth, implicit on each vertex"),
-        ("Flesh", "Eq. S12", "stiffens with depth and gives no more at its thickness"),
-        ("Friction of the sheet", "Eq. S6", "sticks by a spring to an anchor, slides at µ N"),
-    ),
-    "penalty": (
-        ("Sheet on body and bed", "Eqs. 6, S5", "one spring a vertex, implicit on each vertex"),
-        ("Friction of the sheet", "Eqs. 7, S7", "regularised, does not depend on the pressure"),
-    ),
-}
-
-SOLVER_EQUATIONS = {
-    "explicit": (
-        ("Solver of the sheet", "Eq. S8",
-         "semi-implicit sub-steps; inertia, not weight, is added where they need it"),
-    ),
-    "liu": (
-        ("Solver of the sheet", "Eqs. S9–S11",
-         "backward Euler by local and global steps, accelerated"),
-    ),
-}
-
-SLING_FALL = (
-    "Fall", "", f"pelvis or chest is {FALL_DISPLACEMENT:g} m from its place on the sheet",
-)
-
-PRESSURE_EQUATIONS = (
-    ("Pressure on the skin", "Eq. P1", "force over area, averaged over the cells of a sensor"),
-    ("Sensor mat", "Eq. P2", "force over area of square cells on what carries the body"),
-)
+CONTACT_SECTION = ("Contact", ("method", "contact"), ())
+SHEET_SECTION = ("Simulation of the sheet", ("method", "sheet"), ())
 
 METHOD_SECTIONS = (
     ("Method", ("method",), ("joints", "contact", "self_contact", "settling", "sheet")),
     ("Settling", ("method", "settling"), ()),
-    ("Contact", ("method", "contact"), ()),
+    ("Joints", ("method", "joints"), tuple(JOINT_ANGLES)),
+    CONTACT_SECTION,
     ("Contact of body parts", ("method", "self_contact"), ()),
-    ("Simulation of the sheet", ("method", "sheet"), ()),
+    SHEET_SECTION,
     ("Posture", ("posture",), ()),
 )
 """Title, place in the design, and parts that have a table of their own."""
@@ -105,10 +37,21 @@ DEVICE_SECTIONS = {
     ),
 }
 
-KIND_TITLES = {"robotic_lift": "robotic lift", "sling_lift": "sling lift"}
+SKIN_AND_SHEET_SECTION = ("Contact of skin and sheet", ("method", "contact"), ())
+"""In place of the contact's where every device has a bed, which brings a contact of its own."""
 
-BED_SECTION = ("Contact of skin and bed", ("method", "contact"), ("stiffness_n_per_m",))
-"""In place of the contact's where every device has a bed, which brings its own stiffness."""
+SKIN_AND_BED_SECTION = (
+    "Contact of skin and bed", ("method", "contact"),
+    ("law", "tissue", "flesh", "damping_time_s", "friction_coefficient"),
+)
+"""The same where the sheet too has a contact of its own: the start alone is left of it."""
+
+WHERE_NONE = {
+    "method.contact.flesh": "by body region",
+    "method.sheet.contact": "that of the skin, and the bed's",
+    "method.sheet.solver.substep_s": "the longest that is safe",
+}
+"""What stands in a table for a key that is not given."""
 
 VARIED = "varied in this study"
 
@@ -124,31 +67,34 @@ class Table:
 
 def device_kinds(ds: xr.Dataset) -> list[str]:
     """Return the kinds of device in a study, in its order."""
-    return list(dict.fromkeys(device["kind"] for device in _devices(ds).values()))
+    return list(dict.fromkeys(device["kind"] for device in devices_of(ds).values()))
 
 
-def equations_of(ds: xr.Dataset) -> list[tuple[str, str, str]]:
-    """Return part, equation and what is computed: those that the study's devices need."""
-    design, kinds = _design(ds), device_kinds(ds)
-    parts = list(BODY_EQUATIONS)
-    if design.get("method", {}).get("self_contact"):
-        parts.append(SELF_CONTACT_EQUATION)
-    for kind in kinds:
-        its = _sling_equations(ds, design) if kind == "sling_lift" else LIFT_EQUATIONS
-        of = f" ({KIND_TITLES[kind]})" if len(kinds) > 1 else ""
-        parts += [(part + of, equation, what) for part, equation, what in its]
-    return [*parts, *PRESSURE_EQUATIONS]
+def first_design(ds: xr.Dataset) -> dict:
+    """Return the design of the study's first body; all bodies share the method and the posture."""
+    designs = json.loads(ds.attrs.get("designs", "{}"))
+    return next(iter(designs.values()), {})
+
+
+def devices_of(ds: xr.Dataset) -> dict[str, dict]:
+    """Return the study's devices by name."""
+    return json.loads(ds.attrs.get("devices", "{}"))
+
+
+def varied_paths(ds: xr.Dataset) -> set[str]:
+    """Return the full paths of what the study varies."""
+    return {ds[dim].attrs.get("long_name") for dim in ds["candidate"].dims if dim != "body"}
 
 
 def tables_of(ds: xr.Dataset) -> list[Table]:
-    """Return tables of what every candidate shares: method, devices, posture, joint gains."""
-    design, devices, varied = _design(ds), _devices(ds), _varied_paths(ds)
-    only_beds = device_kinds(ds) == ["sling_lift"]
+    """Return tables of what every candidate shares: method, devices, posture, flesh, gains."""
+    design, devices, varied = first_design(ds), devices_of(ds), varied_paths(ds)
+    has_sheet = "sling_lift" in device_kinds(ds)
+    contact = _contact_section(ds, design)
     tables = [
-        _constants(
-            design, BED_SECTION if only_beds and section[0] == "Contact" else section, varied
-        )
+        _constants(design, contact if section == CONTACT_SECTION else section, varied)
         for section in METHOD_SECTIONS
+        if has_sheet or section != SHEET_SECTION
     ]
     for name, device in devices.items():
         of = f" of {name}" if len(devices) > 1 else ""
@@ -156,26 +102,18 @@ def tables_of(ds: xr.Dataset) -> list[Table]:
             tables.append(_constants({"device": device}, (title + of, *section), varied))
         if device["kind"] == "sling_lift":
             tables.append(_straps(f"Straps{of}", device, varied))
+    if contact != SKIN_AND_BED_SECTION:
+        tables.append(_flesh(design))
     tables.append(_gains(design, varied))
     return [table for table in tables if table.rows]
 
 
-def _sling_equations(ds: xr.Dataset, design: dict) -> list[tuple[str, str, str]]:
-    """Return the equations of a sling lift with the material, solver and contact law it has."""
-    materials = dict.fromkeys(
-        device["sheet"]["material"]["kind"]
-        for device in _devices(ds).values() if device["kind"] == "sling_lift"
-    )
-    sheet = design["method"]["sheet"]
-    return [
-        *BED_EQUATIONS,
-        *SHEET_EQUATIONS,
-        *(part for material in materials for part in MATERIAL_EQUATIONS[material]),
-        *HANGING_EQUATIONS,
-        *SHEET_CONTACT_EQUATIONS[sheet["contact"]["law"]],
-        *SOLVER_EQUATIONS[sheet["solver"]["kind"]],
-        SLING_FALL,
-    ]
+def _contact_section(ds: xr.Dataset, design: dict) -> tuple:
+    """Return the section of the contact, by what the study's devices take of it."""
+    if device_kinds(ds) != ["sling_lift"]:
+        return CONTACT_SECTION
+    own_law = design["method"]["sheet"].get("contact")
+    return SKIN_AND_BED_SECTION if own_law else SKIN_AND_SHEET_SECTION
 
 
 def _constants(design: dict, section: tuple, varied: set[str]) -> Table:
@@ -220,6 +158,27 @@ def _straps(title: str, device: dict, varied: set[str]) -> Table:
     return Table(title, ("Strap", "On the sheet", "On the bar", "Length"), tuple(rows))
 
 
+def _flesh(design: dict) -> Table:
+    """Return thickness and modulus of each region's flesh, with what is known of both."""
+    contact = design.get("method", {}).get("contact", {})
+    by_region = contact.get("law") == "foundation" and not contact.get("flesh")
+    return Table(
+        f"Flesh of an adult of {REFERENCE_BMI:g} kg/m², by body region",
+        ("Region", "Thickness", "Goes with √BMI", "Confidence", "Modulus", "Confidence"),
+        tuple(
+            (
+                region.replace("_", " "),
+                path_value(("thickness_m",), float(row["thickness_m"])),
+                "no" if row["over_bone"] == "yes" else "yes",
+                row["thickness_confidence"],
+                path_value(("modulus_pa",), float(row["modulus_pa"])),
+                row["modulus_confidence"],
+            )
+            for region, row in rows_of_table().items() if by_region
+        ),
+    )
+
+
 def _gains(design: dict, varied: set[str]) -> Table:
     """Return joint, stiffness and damping of every kind of joint, as shown."""
     joints = design.get("method", {}).get("joints", {})
@@ -234,22 +193,9 @@ def _gains(design: dict, varied: set[str]) -> Table:
                     for key in ("stiffness_nm_per_rad", "damping_nms_per_rad")
                 ),
             )
-            for joint, gains in joints.items()
+            for joint, gains in joints.items() if joint in JOINT_ANGLES
         ),
     )
-
-
-def _design(ds: xr.Dataset) -> dict:
-    designs = json.loads(ds.attrs.get("designs", "{}"))
-    return next(iter(designs.values()), {})
-
-
-def _devices(ds: xr.Dataset) -> dict[str, dict]:
-    return json.loads(ds.attrs.get("devices", "{}"))
-
-
-def _varied_paths(ds: xr.Dataset) -> set[str]:
-    return {ds[dim].attrs.get("long_name") for dim in ds["candidate"].dims if dim != "body"}
 
 
 def _leaves(part: dict, place: tuple[str, ...]):
@@ -265,4 +211,6 @@ def _leaves(part: dict, place: tuple[str, ...]):
         path, value = vector or (path, node)
         if path not in done:
             done.add(path)
-            yield path, ".".join((*place, *path)), path_value(path, value)
+            full = ".".join((*place, *path))
+            missing = WHERE_NONE.get(full) if value is None else None
+            yield path, full, missing or path_value(path, value)

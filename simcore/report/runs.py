@@ -8,7 +8,7 @@ import xarray as xr
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
-from simcore.body.build import Body, build_body
+from simcore.body.build import Body, build_body, posed_skin
 from simcore.config import Design
 from simcore.dataset import design_of, open_dataset
 from simcore.device.build import build_surface
@@ -16,7 +16,6 @@ from simcore.device.motion import STILL, DeviceState
 from simcore.device.surface import Surface
 from simcore.errors import DesignError
 from simcore.metrics import REST_WINDOW
-from simcore.scene import posed_skin
 from simcore.sheet.hanging import Straps, build_straps
 from simcore.sheet.net import Net, build_net
 

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from simcore.metrics import METRICS
+from simcore.report.certificates import certificate_tile, doubt_of
 from simcore.report.physics import device_kinds
 from simcore.report.quantities import NOT_KNOWN, QUANTITIES, axes_of, coordinates_at
 from simcore.report.verdicts import FAILED, HELD, MARKS, verdicts_of
@@ -33,6 +34,8 @@ class Row:
         In the order of `columns_of`.
     flags : tuple of bool
         Which of the figures are out of bounds.
+    doubt : str
+        Why its certificate failed; empty without that.
     note : str
     """
 
@@ -41,6 +44,7 @@ class Row:
     mark: str
     figures: tuple[str, ...]
     flags: tuple[bool, ...]
+    doubt: str
     note: str
 
     @property
@@ -97,6 +101,7 @@ def trust_rows(ds: xr.Dataset) -> list[Row]:
                 verdict,
                 MARKS[verdict],
                 *_figures(figures, metrics),
+                doubt_of(figures),
                 f"{status.replace('_', ' ')}: {reason}" if status != "ok" else "",
             )
         )
@@ -133,6 +138,7 @@ def trust_summary(ds: xr.Dataset) -> list[dict]:
          failed == 0),
         ("Real-time factor", f"{np.median(speed):.2f}" if len(speed) else "–",
          "simulated seconds per processor second, median", None),
+        certificate_tile(ds),
     ]
     return [dict(zip(("title", "value", "note", "good"), tile, strict=True)) for tile in tiles]
 

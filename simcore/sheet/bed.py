@@ -42,7 +42,7 @@ def push_from_bed(
     """Add to velocities what the bed does to them within a sub-step of length h [s].
 
         N = max((k d − (h k + c) ż) / (1 + h (h k + c)/m), 0),  d = −z > 0;
-        F = −γ ẋ_t / (1 + h γ/m),  γ = (µ N + F_c) / max(‖ẋ_t‖, ε)               (Eqs. 14, S13)
+        F = −γ ẋ_t / (1 + h γ/m),  γ = (µ N + F_c) / max(‖ẋ_t‖, ε)               (Eqs. S5, S7)
 
     at the velocities that all other forces give. What the other contact of a vertex will do is
     taken from the sub-step before; solved in turn, the two have converged where they rest.

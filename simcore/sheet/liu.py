@@ -88,6 +88,7 @@ class LiuSolver:
                 raise DesignError(f"method.sheet.{key}: is {value:g}; accepted: above 0")
         self.sheet, self.step, self.tolerance, self.window = sheet, step, tolerance, window
         net = sheet.net
+        self.inertia = net.mass
         self._share = np.where(net.spring_kind < 2, net.compression_share, 1.0)
         self._factored: tuple[float, np.ndarray, SuperLU] | None = None
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.config.designs import SheetFoundation, SheetMethod, SheetPenalty
+from simcore.config.designs import Method, SheetPenalty
 from simcore.config.sling_lift import Bed, SlingLift
 from simcore.errors import DesignError
 from simcore.sheet.bed import BedContact
@@ -28,8 +28,8 @@ class Sling:
         Holds the sheet, net and straps.
     start : SheetState
         Where the sheet lies at the start; copy it before use.
-    law : SheetFoundation or SheetPenalty
-        Contact of the sheet with skin and bed.
+    law : SheetPenalty or None
+        Contact of the sheet with skin and bed; none: the method's contact, and the bed's own.
     step : float
         Time between exchanges of forces with the body [s].
     bed : Bed
@@ -37,12 +37,12 @@ class Sling:
 
     solver: SheetSolver
     start: SheetState
-    law: SheetFoundation | SheetPenalty
+    law: SheetPenalty | None
     step: float
     bed: Bed
 
 
-def build_sling(design: SlingLift, method: SheetMethod, pelvis_x: float, bar: BarState) -> Sling:
+def build_sling(design: SlingLift, method: Method, pelvis_x: float, bar: BarState) -> Sling:
     """Return the sling of a design.
 
     Parameters
@@ -67,23 +67,23 @@ def build_sling(design: SlingLift, method: SheetMethod, pelvis_x: float, bar: Ba
     straps = build_straps(net, design.hanging)
     start = lay_flat(net, np.array([pelvis_x - design.sheet.pelvis_x_m, 0.0, CLEARANCE]))
     check_reach(straps, start.position, bar)
-    sheet = make_sheet(net, straps, bed=_bed_contact(net, design.bed, method.contact))
-    if method.solver.kind == "explicit":
-        solver = ExplicitSolver(sheet, method.solver.substep_s)
+    sheet = make_sheet(net, straps, bed=_bed_contact(net, design.bed, method.sheet.contact))
+    if method.sheet.solver.kind == "explicit":
+        solver = ExplicitSolver(sheet, method.sheet.solver.substep_s)
     else:
-        solver = LiuSolver(sheet, method.step_s, method.solver.tolerance)
+        solver = LiuSolver(sheet, method.sheet.step_s, method.sheet.solver.tolerance)
     return Sling(
         solver=solver,
         start=start,
-        law=method.contact,
-        step=method.step_s,
+        law=method.sheet.contact,
+        step=method.sheet.step_s,
         bed=design.bed,
     )
 
 
-def _bed_contact(net: Net, bed: Bed, law: SheetFoundation | SheetPenalty) -> BedContact:
+def _bed_contact(net: Net, bed: Bed, law: SheetPenalty | None) -> BedContact:
     """Return the bed as the sheet meets it: its own law, or the paper's at each vertex."""
-    if isinstance(law, SheetPenalty):
+    if law:
         stiffness = np.full(len(net.mass), law.stiffness_n_per_m)
         damping = np.full(len(net.mass), law.damping_ns_per_m)
         friction = 0.0, law.friction_force_n, law.friction_velocity_m_per_s

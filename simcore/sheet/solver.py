@@ -78,9 +78,17 @@ class Reaction:
 
 
 class SheetSolver(Protocol):
-    """Advances a sheet through one outer step with frozen contact planes."""
+    """Advances a sheet through one outer step with frozen contact planes.
+
+    Attributes
+    ----------
+    sheet : Sheet
+    inertia : (n,) float64
+        Of the vertices [kg], no less than their mass.
+    """
 
     sheet: Sheet
+    inertia: np.ndarray
 
     def advance(
         self, state: SheetState, dt: float, contact: PlaneContact, bar: BarState

@@ -1,7 +1,13 @@
 # Each body is built once, before the jobs that share it.
 
 
-BODIES = {each.coordinates["body"]: each.design.body for each in reversed(STUDY.candidates)}
+def body_of(run):
+    """Return the name of a body's file; one with twice the skin is another body."""
+    twice = run.coordinates.get("variant") == "twice_skin"
+    return run.coordinates["body"] + "_twice_skin" * twice
+
+
+BODIES = {body_of(each): each.design.body for each in reversed(STUDY.runs)}
 
 
 rule body:

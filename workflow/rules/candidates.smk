@@ -4,9 +4,7 @@
 
 rule simulate:
     input:
-        lambda job: sorted(
-            {f"{RESULTS}/bodies/{each.coordinates['body']}.glb" for each in JOBS[job.job]}
-        ),
+        lambda job: sorted({f"{RESULTS}/bodies/{body_of(each)}.glb" for each in JOBS[job.job]}),
     output:
         f"{RESULTS}/jobs/{{job}}.nc",
     params:

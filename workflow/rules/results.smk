@@ -8,7 +8,8 @@ rule dataset:
     output:
         f"{RESULTS}/dataset.nc",
     params:
-        candidates=[each.id for each in STUDY.candidates],
+        candidates=[each.id for each in STUDY.runs],
+        tolerances=certificate_digest(),
     script:
         "../scripts/dataset.py"
 

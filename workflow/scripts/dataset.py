@@ -3,11 +3,13 @@
 import signal
 from pathlib import Path
 
+from simcore.certificate import with_certificates
 from simcore.config import load_study
-from simcore.dataset import collect, write_dataset
+from simcore.dataset import collect, read_tables, write_dataset
 
 signal.signal(signal.SIGINT, signal.SIG_DFL)  # an exception amid a write can hang NetCDF
 
 study = load_study(snakemake.input.study)
-ds = collect(study, [Path(path) for path in snakemake.input.rows])
+tables = [Path(path) for path in snakemake.input.rows]
+ds = with_certificates(collect(study, tables), study, read_tables(tables))
 write_dataset(ds, Path(snakemake.output[0]))

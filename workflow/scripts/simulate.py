@@ -12,11 +12,11 @@ signal.signal(signal.SIGINT, signal.SIG_DFL)  # an exception amid a write can ha
 
 def report(candidate, row):
     """Print one line for a finished candidate."""
-    done = f"{count_done(study, candidate)}/{len(study.candidates)}"
+    done = f"{count_done(study, candidate)}/{len(study.runs)}"
     print(f"{done:>9}  {describe_row(candidate, row)}", flush=True)
 
 
 study = load_study(snakemake.params.study)
 wanted = set(snakemake.params.candidates)
-candidates = [each for each in study.candidates if each.id in wanted]
+candidates = [each for each in study.runs if each.id in wanted]
 write_rows(simulate_missing(study, candidates, report), Path(snakemake.output[0]))

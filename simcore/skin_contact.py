@@ -1,0 +1,217 @@
+"""Contact of the skin with what is rigid, behind one interface: a lift, or a mattress."""
+
+from typing import Protocol
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from simcore.body.build import posed_skin
+from simcore.body.segments import SEGMENTS
+from simcore.body.skin_listed import (
+    blend_listed,
+    blend_motion_listed,
+    edge_change_rate,
+    segment_balls,
+)
+from simcore.contact.bed import bed_forces, near_bed
+from simcore.contact.foundation import foundation_forces
+from simcore.contact.near_solid import NearSolid
+from simcore.contact.neighbours import Neighbours
+from simcore.contact.penalty import penalty_forces
+from simcore.device.motion import DeviceState
+from simcore.dynamics.pinocchio_views import SegmentViews
+from simcore.scene import Scene
+
+
+class SkinContact(Protocol):
+    """What carries the skin.
+
+    Attributes
+    ----------
+    listed : (l,) int64
+        Skin vertices that can carry force.
+    force : (n, 3), normal_force : (n,) float64
+        On each skin vertex, world axes, and its normal part [N]; current where listed.
+    points, normals : (n, 3), along, across : (n,) float64
+        Where, and with what impedance lag² K + lag D, an implicit step finds it; where listed.
+    contact_count : int
+    depth_max : float
+        Deepest penetration [m].
+    deepest : int
+        Its skin vertex, −1 without contact.
+    """
+
+    listed: np.ndarray
+    force: np.ndarray
+    normal_force: np.ndarray
+    points: np.ndarray
+    normals: np.ndarray
+    along: np.ndarray
+    across: np.ndarray
+    contact_count: int
+    depth_max: float
+    deepest: int
+
+    def evaluate(self, segments: SegmentViews, device: DeviceState, lag: float) -> None:
+        """Write the forces for the present poses, and the impedances if there is a lag [s]."""
+
+    def add_support_forces(self, total: np.ndarray) -> None:
+        """Add the present normal force on each point of `Scene.mat_points` (N,) [N]."""
+
+
+class _OnSkin:
+    """The arrays of a `SkinContact`."""
+
+    def __init__(self, scene: Scene):
+        skin = scene.body.skin
+        count = skin.vertex_count
+        self._influences = (
+            skin.influence_offsets, skin.influence_segment, skin.influence_weight,
+            skin.influence_point,
+        )
+        self.listed = np.empty(0, np.int64)
+        self.points, self.force, self.normals, self._velocities = np.zeros((4, count, 3))
+        self.normal_force, self.along, self.across = np.zeros((3, count))
+        self.contact_count, self.depth_max, self.deepest = 0, 0.0, -1
+
+    def _pose(self, segments: SegmentViews):
+        return lambda indices: blend_listed(
+            indices, *self._influences, segments.rotations, segments.positions, self.points
+        )
+
+    def _move(self, segments: SegmentViews) -> None:
+        blend_motion_listed(
+            self.listed, *self._influences, segments.rotations, segments.positions,
+            segments.velocities, self.points, self._velocities,
+        )
+
+
+class PointContact(_OnSkin):
+    """The paper's: a spring at each contact point of the device (Eqs. 6 and 7)."""
+
+    def __init__(self, scene: Scene):
+        super().__init__(scene)
+        skin, law = scene.body.skin, scene.method.contact
+        self._rings = skin.ring_offsets, skin.ring_next
+        self._device_vertices = scene.surface.contact_points
+        centre, radius = segment_balls(skin, len(SEGMENTS))
+        rest = posed_skin(scene.body, scene.body.rest_configuration)
+        self._neighbours = Neighbours(
+            self._device_vertices, skin.influence_offsets, skin.influence_segment, *self._rings,
+            edge_change_rate(skin, rest, radius), centre, radius, law.search_radius_m,
+        )
+        self._law = (
+            law.stiffness_n_per_m, law.damping_ns_per_m, law.friction_force_n,
+            law.friction_velocity_m_per_s, law.search_radius_m,
+        )
+        self._point_force = np.zeros(len(self._device_vertices))
+
+    def evaluate(self, segments: SegmentViews, device: DeviceState, lag: float) -> None:
+        """Implement `SkinContact.evaluate`; it has no impedance, steps are explicit."""
+        neighbours = self._neighbours
+        neighbours.update(
+            segments.rotations, segments.positions, device, self._pose(segments), self.points
+        )
+        self.listed = neighbours.listed
+        self._move(segments)
+        self.contact_count, self.depth_max, self.deepest = penalty_forces(
+            neighbours.rows, neighbours.offsets, neighbours.candidates, neighbours.listed,
+            self.points, self._velocities, *self._rings, self._device_vertices,
+            device.rotation, device.position, device.linear_velocity, device.angular_velocity,
+            *self._law, self.force, self.normal_force, self._point_force,
+        )
+
+    def add_support_forces(self, total: np.ndarray) -> None:
+        """Implement `SkinContact.add_support_forces`."""
+        rows = self._neighbours.rows
+        total[rows] += self._point_force[rows]
+
+
+class FoundationContact(_OnSkin):
+    """Flesh pressed by a solid: pressure over depth, friction that sticks (Eqs. C1 and C2)."""
+
+    def __init__(self, scene: Scene):
+        super().__init__(scene)
+        body, skin, law, field = scene.body, scene.body.skin, scene.method.contact, scene.distance
+        self._field = field.values, field.origin, field.spacing
+        self._near = NearSolid(
+            *self._field, skin.influence_offsets, skin.influence_segment,
+            *segment_balls(skin, len(SEGMENTS)),
+        )
+        self._flesh = (
+            skin.vertex_area, scene.flesh.modulus, scene.flesh.thickness,
+            law.tissue == "stiffening", law.damping_time_s, law.friction_coefficient,
+        )
+        self._anchor = np.zeros((body.skin.vertex_count, 3))
+        self._closed = np.zeros(body.skin.vertex_count, bool)
+        self._mat = cKDTree(scene.surface.contact_points)
+        self._mat_point = np.full(body.skin.vertex_count, -1)
+        self._mat_place = np.full((body.skin.vertex_count, 3), np.inf)
+        self._mat_step = scene.surface.spacing / 2
+        self._device = None
+
+    def evaluate(self, segments: SegmentViews, device: DeviceState, lag: float) -> None:
+        """Implement `SkinContact.evaluate`."""
+        self._near.update(
+            segments.rotations, segments.positions, device, self._pose(segments), self.points
+        )
+        before, self.listed = self.listed, self._near.listed
+        if before is not self.listed:
+            gone = np.setdiff1d(before, self.listed, assume_unique=True)
+            self.normal_force[gone], self._closed[gone] = 0.0, False
+        self._move(segments)
+        self._device = device
+        self.contact_count, self.depth_max, self.deepest = foundation_forces(
+            self.listed, self.points, self._velocities, *self._field, device.rotation,
+            device.position, device.linear_velocity, device.angular_velocity, *self._flesh, lag,
+            self._anchor, self._closed, self.force, self.normal_force, self.normals, self.along,
+            self.across,
+        )
+
+    def add_support_forces(self, total: np.ndarray) -> None:
+        """Implement `SkinContact.add_support_forces`: to the point of the mat that is nearest."""
+        pressed = self.listed[self.normal_force[self.listed] > 0]
+        place = (self.points[pressed] - self._device.position) @ self._device.rotation
+        moved = np.abs(place - self._mat_place[pressed]).max(axis=1) > self._mat_step
+        if moved.any():
+            _, self._mat_point[pressed[moved]] = self._mat.query(place[moved])
+            self._mat_place[pressed[moved]] = place[moved]
+        np.add.at(total, self._mat_point[pressed], self.normal_force[pressed])
+
+
+class MattressContact(_OnSkin):
+    """The skin on a bed that stands still (Eq. 14); the list is made by `look` between steps."""
+
+    def __init__(self, scene: Scene):
+        super().__init__(scene)
+        bed = scene.sling.bed
+        self._half = bed.length_m / 2, bed.width_m / 2
+        self._law = (
+            scene.body.skin.vertex_area, bed.pressure_stiffness_pa_per_m, bed.damping_time_s,
+            bed.friction_coefficient, bed.slip_speed_m_per_s,
+        )
+        self.normals[:, 2] = 1.0
+
+    def look(self, skin: np.ndarray, margin: float) -> None:
+        """List the skin vertices (n, 3) over the bed and lower than the margin [m]."""
+        self.listed = near_bed(skin, margin, *self._half)
+
+    def evaluate(self, segments: SegmentViews, device: DeviceState, lag: float) -> None:
+        """Implement `SkinContact.evaluate`."""
+        self._move(segments)
+        self.contact_count, self.depth_max, self.deepest = bed_forces(
+            self.listed, self.points, self._velocities, *self._law, lag, self.force,
+            self.normal_force, self.along, self.across,
+        )
+
+    def add_support_forces(self, total: np.ndarray) -> None:
+        """Implement `SkinContact.add_support_forces`: the mat is on the sheet."""
+
+
+def contact_with_device(scene: Scene) -> SkinContact:
+    """Return the contact of the skin with the rigid part of a scene."""
+    if scene.sling:
+        return MattressContact(scene)
+    if scene.method.contact.law == "penalty":
+        return PointContact(scene)
+    return FoundationContact(scene)

@@ -1,0 +1,92 @@
+"""Whole candidates of the shipped studies: is weight carried, and is it as the paper found?"""
+
+from pathlib import Path
+
+import numpy as np
+
+from simcore.config import load_study
+from simcore.metrics import REST_WINDOW, compute_metrics, skin_pressure
+from simcore.scene import Scene, build_scene
+from simcore.simulate import simulate
+from simcore.validation.table import Check, Criterion, Measurement
+
+LIFT, SLING = Path("config/lift_angle.yaml"), Path("config/sling_stiffness.yaml")
+BODY = "male_172_70"
+RECLINED = {"device": "sling_reclined", "stiffness_per_width_n_per_m": 2.0e4}
+
+MOST = 100.0
+"""What a ratio that is to exceed 1 may be at most: anything."""
+
+
+def simulated(study: Path, place: dict) -> tuple[Scene, dict, np.ndarray]:
+    """Return scene, metrics, and the pressure on the skin at rest (n,) [Pa] of a candidate."""
+    loaded = load_study(study, {"body": BODY, **place})
+    (candidate,) = loaded.candidates
+    scene = build_scene(candidate.design, BODY, loaded.root)
+    trajectory = simulate(scene)
+    pressure = skin_pressure(scene, trajectory)
+    rest = trajectory.time > trajectory.time[-1] - REST_WINDOW
+    return scene, compute_metrics(scene, trajectory, pressure), pressure[rest].mean(axis=0)
+
+
+def measure_lift() -> Measurement:
+    """Seat the man on the flat support and on the one inclined by 10°."""
+    _, flat, _ = simulated(LIFT, {"support_angle_deg": 0.0})
+    _, inclined, _ = simulated(LIFT, {"support_angle_deg": 10.0})
+    return Measurement({
+        "lift_flat_drops": flat["fell"],
+        "lift_inclined_holds": inclined["fell"],
+        "lift_support": inclined["support_force_ratio"],
+    })
+
+
+def measure_sling() -> Measurement:
+    """Lift the man from the bed in the reclined sling."""
+    scene, metrics, pressure = simulated(SLING, RECLINED)
+    regions = np.array(scene.body.region_names)[scene.body.vertex_region]
+
+    def highest(*names: str) -> float:
+        return pressure[[region.startswith(names) for region in regions]].max()
+
+    legs, trunk = highest("knee", "lower_thigh"), highest("upper_back", "buttock", "sacrum")
+    return Measurement({
+        "sling_support": metrics["support_force_ratio"],
+        "sling_spread": metrics["support_force_spread"],
+        "sling_pattern": legs / trunk,
+        "sling_over_bed": metrics["peak_pressure"] / metrics["lying_peak_pressure"],
+        "sling_edge": metrics["peak_edge_distance"],
+    })
+
+
+STATICS = "statics"
+PAPER = "Yoshiyasu et al. 2015"
+PETERSON = "Peterson 2015, 23 slings: suspended presses more than lying, most at seams and edges"
+
+CHECKS = (
+    Check(
+        (
+            Criterion("lift_flat_drops", "the 70 kg man falls from the flat support, 1 if so",
+                      0.5, 1, "", PAPER),
+            Criterion("lift_inclined_holds", "he falls from the support inclined by 10°, 1 if so",
+                      0, 0.5, "", PAPER + ", at 7°"),
+            Criterion("lift_support", "support force over weight, held at rest", 0.99, 1.01, "",
+                      STATICS),
+        ),
+        measure_lift,
+    ),
+    Check(
+        (
+            Criterion("sling_support", "the 70 kg man in the reclined sling: force of the straps "
+                      "over weight, at rest", 0.99, 1.01, "", STATICS),
+            Criterion("sling_spread", "the same: standard deviation over the last second", 0, 0.01,
+                      "", "rest"),
+            Criterion("sling_pattern", "the same: highest pressure at knees or lower thighs over "
+                      "that at upper back, sacrum or buttocks", 1, MOST, "", PAPER),
+            Criterion("sling_over_bed", "the same: highest pressure over that on the bed", 1, MOST,
+                      "", PETERSON),
+            Criterion("sling_edge", "the same: way of the highest pressure from an edge", 0, 0.03,
+                      "m", PETERSON),
+        ),
+        measure_sling,
+    ),
+)

@@ -1,0 +1,213 @@
+"""Foundation contact on solids whose distance is known, against its own law and its derivatives."""
+
+from math import atan, cos, degrees, radians, sin
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from simcore.contact.foundation import SHEAR_SHARE, STRAIN_MAX, foundation_forces
+from simcore.contact.near_solid import REACH, UNSEEN, NearSolid
+
+E, D, AREA = 5.0e4, 0.04, 2.0e-4
+varied = settings(max_examples=40, deadline=None)
+
+
+def half_space(normal=(0.0, 0.0, 1.0)):
+    """Distance grid of the half space under a plane through the origin, ± 0.3 m about it."""
+    spacing = 0.02
+    axis = np.arange(-0.3, 0.3 + spacing / 2, spacing)
+    x, y, z = np.meshgrid(axis, axis, axis, indexing="ij")
+    values = normal[0] * x + normal[1] * y + normal[2] * z
+    return values.astype(np.float32), np.full(3, axis[0]), spacing
+
+
+class Skin:
+    """Points on a solid that may be turned and moving."""
+
+    def __init__(self, points, field=None, rotation=None, origin=(0.0, 0.0, 0.0),
+                 stiffening=False, damping=0.0, friction=0.5):
+        self.points = np.array(points, float)
+        self.n = len(self.points)
+        self.velocities = np.zeros((self.n, 3))
+        self.field = field or half_space()
+        self.rotation = np.eye(3) if rotation is None else rotation
+        self.origin = np.array(origin, float)
+        self.linear, self.turn = np.zeros(3), np.zeros(3)
+        self.law = stiffening, damping, friction
+        self.anchor, self.closed = np.zeros((self.n, 3)), np.zeros(self.n, bool)
+        self.force, self.normals = np.zeros((2, self.n, 3))
+        self.normal, self.along, self.across = np.zeros((3, self.n))
+
+    def evaluate(self, lag=0.0):
+        flesh = (np.full(self.n, AREA), np.full(self.n, E), np.full(self.n, D))
+        return foundation_forces(
+            np.arange(self.n), self.points, self.velocities, *self.field, self.rotation,
+            self.origin, self.linear, self.turn, *flesh, *self.law, lag, self.anchor,
+            self.closed, self.force, self.normal, self.normals, self.along, self.across,
+        )
+
+
+@varied
+@given(strain=st.floats(0.01, 1.2), stiffening=st.booleans())
+def test_pressure_is_that_of_the_flesh(strain, stiffening):
+    skin = Skin([[0.01, -0.02, -strain * D]], stiffening=stiffening)
+    count, depth, deepest = skin.evaluate()
+    bent = min(strain, STRAIN_MAX)
+    expected = E * strain
+    if stiffening:
+        expected = E * (bent / (1 - bent) + (strain - bent) / (1 - bent) ** 2)
+    assert skin.normal[0] == pytest.approx(AREA * expected, rel=1e-5)
+    assert skin.force[0] == pytest.approx([0, 0, skin.normal[0]], abs=1e-9)
+    assert (count, deepest) == (1, 0) and depth == pytest.approx(strain * D, rel=1e-5)
+
+
+def test_what_is_clear_is_not_touched_and_what_leaves_is_not_held():
+    skin = Skin([[0, 0, 0.001], [0, 0, -0.001]], damping=0.1)
+    skin.velocities[1, 2] = 0.1  # leaves faster than its damper lets it
+    assert skin.evaluate() == (0, 0.0, -1)
+    assert not skin.force.any() and not skin.closed.any()
+
+
+def test_an_impact_is_seen_before_it_comes_and_without_a_jump():
+    """Just outside and just inside, at a speed: the same force; none where it takes longer."""
+    lag, speed = 0.003, 0.5
+    skin = Skin([[0, 0, 1e-9], [0, 0, -1e-9], [0, 0, 1.01 * lag * speed]], damping=0.02)
+    skin.velocities[:, 2] = -speed
+    skin.evaluate(lag)
+    assert skin.normal[0] == pytest.approx(skin.normal[1], rel=1e-4)
+    assert skin.normal[0] == pytest.approx(AREA * E / D * 0.02 * speed, rel=1e-4)
+    assert skin.normal[2] == 0
+
+
+@varied
+@given(st.integers(0, 2**32 - 2), st.booleans())
+def test_force_and_impedance_are_those_of_a_turned_and_moving_solid(seed, stiffening):
+    """Seen from a frame that moves along nothing changes; Z = lag² K + lag D by differences."""
+    rng = np.random.default_rng(seed)
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    turn *= np.sign(np.linalg.det(turn))
+    still = Skin(rng.uniform(-0.05, 0.05, (6, 3)) * [1, 1, 0] - [0, 0, 0.01],
+                 stiffening=stiffening, damping=0.02, friction=1e3)
+    still.velocities[:] = rng.normal(scale=0.05, size=(6, 3))
+    moving = Skin(still.points @ turn.T + [0.3, -0.2, 0.9], rotation=turn,
+                  origin=[0.3, -0.2, 0.9], stiffening=stiffening, damping=0.02, friction=1e3)
+    moving.linear, moving.turn = rng.normal(size=3), rng.normal(size=3)
+    moving.velocities[:] = still.velocities @ turn.T + moving.linear + np.cross(
+        moving.turn, moving.points - moving.origin)
+    lag = 0.004
+    still.evaluate(lag), moving.evaluate(lag)
+    assert moving.force == pytest.approx(still.force @ turn.T, rel=1e-5, abs=1e-6)
+    assert moving.normal == pytest.approx(still.normal, rel=1e-5, abs=1e-6)
+    pressed = still.normal > 0
+    for axis, impedance in ((0, still.across), (1, still.across), (2, still.along)):
+        step, move = 1e-6, np.eye(3)[axis]
+        other = Skin(still.points + step * lag * move, stiffening=stiffening, damping=0.02,
+                     friction=1e3)
+        other.velocities[:] = still.velocities + step * move
+        other.anchor[:], other.closed[:] = still.anchor, still.closed
+        other.evaluate(lag)
+        rise = -lag * (other.force - still.force)[:, axis] / step
+        if axis == 2 and stiffening:  # the damper's slope changes too, by what the depth does
+            assert rise[pressed] == pytest.approx(impedance[pressed], rel=0.2)
+        else:
+            assert rise[pressed] == pytest.approx(impedance[pressed], rel=1e-3)
+
+
+def test_friction_springs_back_until_it_slips_and_takes_the_energy_of_the_way():
+    """Out and back over s: stuck at first, then µN, and µN times the slipped way is lost."""
+    friction, depth = 0.5, 0.01
+    skin = Skin([[0, 0, -depth]], friction=friction)
+    shear, limit = SHEAR_SHARE * AREA * E / D, friction * AREA * E * depth / D
+    skin.evaluate()
+    yields = limit / shear
+    work, s, before = 0.0, 0.0, 0.0
+    way = np.concatenate([np.linspace(0, 5 * yields, 400), np.linspace(5 * yields, 0, 400)])
+    for s in way:
+        skin.points[0, 0], last = s, skin.points[0, 0]
+        skin.evaluate()
+        if s == way[:400][abs(way[:400] - 0.5 * yields).argmin()] and s > last:
+            assert skin.force[0, 0] == pytest.approx(-shear * s, rel=1e-6)
+        work += (skin.force[0, 0] + before) / 2 * (s - last)
+        before = skin.force[0, 0]
+    assert skin.force[0, 0] == pytest.approx(limit, rel=1e-6)
+    # Loop: slips 4 yields on the way out, 3 on the way back, and keeps one half limit²/shear.
+    assert -work == pytest.approx(limit * (4 + 3) * yields + limit * yields / 2, rel=0.01)
+
+
+def slide(angle, friction, seconds, step):
+    """Way [m] and speed [m/s] of a block of 4 points on an incline, by linearly implicit steps."""
+    down = np.array([sin(angle), 0.0, -cos(angle)]) * 9.80665
+    mass, lag = 0.1, 0.55 * step
+    soft = 4 * AREA * E / D
+    rest = mass * 9.80665 * cos(angle) / soft
+    block = Skin([[x, y, -rest] for x in (-0.01, 0.01) for y in (-0.01, 0.01)],
+                 damping=0.02, friction=friction)
+    start, v = block.points.copy(), np.zeros(3)
+    for _ in range(round(seconds / step)):
+        block.points += step / 2 * v
+        block.velocities[:] = v
+        block.evaluate(lag)
+        z = np.diag([block.across.sum(), block.across.sum(), block.along.sum()])
+        v = v + np.linalg.solve(
+            mass * np.eye(3) + z, step * (block.force.sum(axis=0) + mass * down)
+        )
+        block.points += step / 2 * v
+    return block.points[0, 0] - start[0, 0], v[0]
+
+
+@pytest.mark.parametrize("friction", [0.3, 0.45])
+def test_a_block_slips_at_the_friction_angle(friction):
+    low, high = 0.5 * degrees(atan(friction)), 1.5 * degrees(atan(friction))
+    for _ in range(8):
+        middle = (low + high) / 2
+        _, speed = slide(radians(middle), friction, 2.0, 0.005)
+        low, high = (middle, high) if speed < 1e-3 else (low, middle)
+    assert low == pytest.approx(degrees(atan(friction)), abs=0.5)
+
+
+def test_a_held_block_does_not_creep():
+    """A minute at 0.9 of the friction angle: what it moved after the first 3 s is nothing."""
+    early, _ = slide(0.9 * atan(0.45), 0.45, 3.0, 0.01)
+    late, speed = slide(0.9 * atan(0.45), 0.45, 60.0, 0.01)
+    assert abs(late - early) < 1e-9 and abs(speed) < 1e-12
+    assert 1e-3 < late < 3e-3  # the flesh shears; as it was let go suddenly, it slipped once
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_vertex_comes_near_unseen(seed):
+    """Two segments of skin in random motion over a solid: all that is nearer than UNSEEN is listed,
+    and lists last for many steps."""
+    rng = np.random.default_rng(seed)
+    local = rng.uniform(-0.1, 0.1, (300, 3))
+    of = np.repeat([0, 1], 150)
+    offsets = np.arange(301)
+    centre = np.array([local[of == j].mean(axis=0) for j in (0, 1)])
+    radius = np.array([np.linalg.norm(local[of == j] - centre[j], axis=1).max() for j in (0, 1)])
+    near = NearSolid(*half_space(), offsets, of, centre, radius)
+    rotations, positions = np.tile(np.eye(3), (2, 1, 1)), np.array([[0, 0, 0.12], [0, 0, 0.25]])
+    vertices = np.zeros((300, 3))
+
+    class Device:
+        rotation, position = np.eye(3), np.zeros(3)
+
+    def pose(indices):
+        vertices[indices] = world[indices]
+
+    drift = rng.normal(scale=2e-3, size=(2, 3))
+    for step in range(200):
+        positions += drift * np.cos(0.05 * step) + rng.normal(scale=5e-4, size=(2, 3))
+        for j in (0, 1):
+            axis = rng.normal(scale=0.01, size=3)
+            skew = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]],
+                             [-axis[1], axis[0], 0]])
+            u, _, w = np.linalg.svd((np.eye(3) + skew) @ rotations[j])
+            rotations[j] = u @ w
+        world = np.einsum("nij,nj->ni", rotations[of], local) + positions[of]
+        near.update(rotations, positions, Device, pose, vertices)
+        listed = np.zeros(300, bool)
+        listed[near.listed] = True
+        assert world[~listed, 2].min(initial=1.0) > UNSEEN
+    assert 1 < near.rebuilds < 100
+    assert REACH > UNSEEN
