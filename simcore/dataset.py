@@ -31,7 +31,7 @@ TRAJECTORY = {
     "displacement": (("time",), "m", "how far the body has moved on what carries it"),
     "support_force": (("time", "xyz"), "N", "force that carries body and sheet, world axes"),
     "segment_force": (("time", "segment", "xyz"), "N", "contact force on each segment, world axes"),
-    "contact_count": (("time",), "1", "device vertices in contact"),
+    "contact_count": (("time",), "1", "points of device, skin or sheet in contact"),
     "depth_max": (("time",), "m", "deepest penetration within the frame"),
     "mat_pressure": (
         ("time", "mat_x", "mat_y"), "Pa", "reading of a sensor mat on what carries the body"

@@ -49,7 +49,7 @@ class Trajectory:
     strap_force : (T, s, 3) float64 or None
         On the sheet from each of its straps, world axes [N].
     contact_count : (T,) int64
-        Device vertices in contact.
+        Points of device, skin or sheet in contact.
     depth_max : (T,) float64
         Deepest penetration within the frame, every step counted [m].
     settled : bool

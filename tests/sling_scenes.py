@@ -13,6 +13,7 @@ from simcore.config.designs import BodyDesign, Design, Method, Posture, read_dev
 from simcore.config.paths import resolve_path, set_value
 from simcore.config.yaml_file import read_design
 from simcore.dynamics.implicit import IMPLICITNESS, implicit_step
+from simcore.dynamics.integrators import rk4_step
 from simcore.scene import Scene, build_scene
 from simcore.sling_interaction import SlingInteraction
 
@@ -33,6 +34,11 @@ PENALTY = {
     "law": "penalty", "stiffness_n_per_m": 4000.0, "damping_ns_per_m": 20.0,
     "friction_force_n": 2.0, "friction_velocity_m_per_s": 0.1,
 }
+EXPLICIT = {
+    "method.integrator": "rk4", "method.sheet.contact": PENALTY,
+    "method.contact": PENALTY | {"search_radius_m": 0.03, "initial_penetration_limit_m": 0.01},
+}
+"""The paper's laws and Runge–Kutta steps."""
 
 
 @cache
@@ -112,6 +118,9 @@ class Steps:
         self.bar = scene.motion(0.0)
         self.h = scene.method.time_step_s
 
+    def acceleration(self, _, q, v):
+        return self.interaction.acceleration(self.bar, q, v)
+
     def linearised(self, _, q, v):
         return self.interaction.linearised(self.bar, q, v, IMPLICITNESS * self.h)
 
@@ -119,10 +128,16 @@ class Steps:
         """Advance one step; return its mean acceleration."""
         self.interaction.exchange(self.bar, self.q, self.v)
         before = self.v
-        self.q, self.v = implicit_step(
-            self.model, self.interaction.data, self.linearised, 0.0, self.q, self.v, self.h
-        )
-        self.interaction.conclude(self.v - before, self.h)
+        if self.scene.method.integrator == "rk4":
+            start = self.acceleration(0.0, self.q, self.v)
+            self.q, self.v = rk4_step(
+                self.model, self.acceleration, 0.0, self.q, self.v, start, self.h
+            )
+        else:
+            self.q, self.v = implicit_step(
+                self.model, self.interaction.data, self.linearised, 0.0, self.q, self.v, self.h
+            )
+            self.interaction.conclude(self.v - before, self.h)
         self.support_force = self.interaction.support_force.copy()
         self.segment_wrench = self.interaction.segment_wrench.copy()
         return (self.v - before) / self.h

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simcore.contact.foundation import SHEAR_SHARE, STRAIN_MAX, foundation_forces
+from simcore.body.tissue import Tissue, linear_pressure, stiffening_pressure
+from simcore.contact.foundation import SHEAR_SHARE, foundation_forces
 from simcore.contact.near_solid import REACH, UNSEEN, NearSolid
 
 E, D, AREA = 5.0e4, 0.04, 2.0e-4
@@ -52,12 +53,11 @@ class Skin:
 @varied
 @given(strain=st.floats(0.01, 1.2), stiffening=st.booleans())
 def test_pressure_is_that_of_the_flesh(strain, stiffening):
+    """As the tissue's own room has it, beyond the greatest strain too."""
     skin = Skin([[0.01, -0.02, -strain * D]], stiffening=stiffening)
     count, depth, deepest = skin.evaluate()
-    bent = min(strain, STRAIN_MAX)
-    expected = E * strain
-    if stiffening:
-        expected = E * (bent / (1 - bent) + (strain - bent) / (1 - bent) ** 2)
+    law = stiffening_pressure if stiffening else linear_pressure
+    expected = law(strain * D, Tissue(D, E))
     assert skin.normal[0] == pytest.approx(AREA * expected, rel=1e-5)
     assert skin.force[0] == pytest.approx([0, 0, skin.normal[0]], abs=1e-9)
     assert (count, deepest) == (1, 0) and depth == pytest.approx(strain * D, rel=1e-5)
