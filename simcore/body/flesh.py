@@ -1,10 +1,9 @@
 """How deep a body can be pressed, and how hard that is."""
 
 import numpy as np
-from scipy.spatial import cKDTree
+import trimesh
 
 from simcore.body.build import Body, posed_skin
-from simcore.body.inscribed import inscribed_radius
 from simcore.body.skin import vertex_normals
 from simcore.body.tissue import Tissue, skin_tissue, smoothing_operator
 from simcore.config.designs import FoundationContact
@@ -12,8 +11,15 @@ from simcore.config.designs import FoundationContact
 THICKNESS_SHARE = 0.9
 """Of the way to the middle of a limb that counts as its flesh; deeper a sheet has passed."""
 
-DEEPEST = 0.12
-"""Largest ball that is looked for [m]: a trunk, and no flesh is as thick."""
+LONGEST = 0.24
+"""Way through the body that is told apart from longer ones [m]: a trunk's, and no flesh is thicker
+than half of it."""
+
+ASKEW = (7e-4, -4e-4, 9e-4)
+"""By how much that way is not straight: a ray that meets an edge in a symmetric mesh may pass."""
+
+BELOW_SKIN = 1e-3
+"""How far below the skin that way is begun [m], so that it does not end where it begins."""
 
 
 def flesh_under_skin(body: Body, law: FoundationContact) -> Tissue:
@@ -38,14 +44,34 @@ def flesh_under_skin(body: Body, law: FoundationContact) -> Tissue:
 def limb_depth(body: Body) -> np.ndarray:
     """Return how deep each skin vertex (n,) can be pressed at most [m].
 
-    The radius of the balls inscribed there, smooth as the flesh is: along a fold of the skin, such
-    as under the buttocks, single balls are as small as the fold is sharp, and smaller yet on a
-    finer mesh.
+    Half the way straight through the limb, as a mean over the flesh around: folds of the skin are
+    no limbs. It does not depend on the mesh, as the balls inscribed there would, which shrink in
+    every unevenness that a finer mesh shows.
     """
     skin, rest = body.skin, _rest(body)
     normals = vertex_normals(skin, rest)
-    radius = inscribed_radius(cKDTree(rest), rest, normals, DEEPEST)
-    return THICKNESS_SHARE * (smoothing_operator(rest, normals, skin.vertex_area) @ radius)
+    half = way_through(rest, skin.faces, normals) / 2
+    return THICKNESS_SHARE * (smoothing_operator(rest, normals, skin.vertex_area) @ half)
+
+
+def way_through(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """Return how far it is from each vertex (n,) through the inside to the other side [m].
+
+    At most `LONGEST`.
+
+    Parameters
+    ----------
+    vertices, faces : (n, 3) float64, (f, 3) int
+        Closed surface [m].
+    normals : (n, 3) float64
+        Outward unit normals.
+    """
+    start = vertices - BELOW_SKIN * normals
+    rays = trimesh.Trimesh(vertices, faces, process=False).ray
+    ends, found, _ = rays.intersects_location(start, ASKEW - normals, multiple_hits=False)
+    length = np.full(len(vertices), LONGEST)
+    length[found] = BELOW_SKIN + np.linalg.norm(ends - start[found], axis=1)
+    return np.minimum(length, LONGEST)
 
 
 def _rest(body: Body) -> np.ndarray:
