@@ -3,7 +3,7 @@ from pathlib import Path
 
 from simcore.config import load_study
 from simcore.jobs import jobs_of
-from simcore.provenance import certificate_digest, presentation_digest, simulation_digest
+from simcore.provenance import judgement_digest, presentation_digest, simulation_digest
 
 if not workflow.output_settings.dryrun:  # the console shows what fails, the log file everything
     for handler in logger.handlers:

@@ -14,6 +14,7 @@ from simcore.body.segments import SEGMENT_NAMES
 from simcore.config import Candidate, Design, Study
 from simcore.config.units import units_of_key
 from simcore.errors import DesignError
+from simcore.limits.margins import COMPARATIVE, bounds, margin
 from simcore.metrics import JOINTS, METRICS
 from simcore.provenance import simulation_digest, versions
 from simcore.recorder import Trajectory
@@ -138,7 +139,10 @@ def read_tables(tables: list[Path]) -> xr.Dataset:
 
 
 def collect(study: Study, tables: list[Path]) -> xr.Dataset:
-    """Put the tables of all jobs together on the axes of the study; variants are left out."""
+    """Put the tables of all jobs together on the axes of the study, with margins to all limits.
+
+    Variants are left out.
+    """
     table = read_tables(tables).sel(row=[candidate.id for candidate in study.candidates])
     shape = tuple(len(values) for values in study.axes.values())
     ds = xr.Dataset(
@@ -154,7 +158,9 @@ def collect(study: Study, tables: list[Path]) -> xr.Dataset:
     ids = np.array([candidate.id for candidate in study.candidates], dtype=object)
     ds["candidate"] = (tuple(study.axes), ids.reshape(shape), {"long_name": "digest of the design"})
     ds = ds.assign_coords(region=table.region, joint=table.joint)
+    ds = ds.assign(_margins(ds, study.file.exposure_s))
     ds.attrs = _provenance() | {
+        "comment": COMPARATIVE,
         "title": study.file.title,
         "study": study.name,
         "config": study.path.read_text(encoding="utf-8"),
@@ -174,6 +180,29 @@ def collect(study: Study, tables: list[Path]) -> xr.Dataset:
         ),
     }
     return ds
+
+
+def _margins(ds: xr.Dataset, exposure: float) -> dict[str, xr.DataArray]:
+    """Return what every candidate leaves of each limit for an exposure [s], by name (Eq. L1).
+
+    Here and not among the metrics, because limits judge a result and do not decide it: another
+    limit or exposure leaves every simulation as it is.
+    """
+    return {
+        bound.name: margin(ds[bound.metric], bound.value).assign_attrs(
+            units="1",
+            long_name=f"margin to the limit of {bound.title}",
+            metric=bound.metric,
+            limit=bound.title,
+            limit_value=bound.value,
+            limit_units=bound.units,
+            verified="read" if bound.verified else "unverified",
+            extrapolated="yes" if bound.extrapolated else "no",
+            source=bound.source,
+            **({"exposure_s": bound.exposure} if bound.exposure else {}),
+        )
+        for bound in bounds(exposure)
+    }
 
 
 def open_dataset(path: Path) -> xr.Dataset:

@@ -6,13 +6,11 @@ import pinocchio as pin
 from simcore.body.capsules import fit_capsules
 from simcore.body.segments import PARENTS, SEGMENTS
 from simcore.body.skin_listed import torque_of_wrenches, wrench_listed
-from simcore.config.designs import Joints
 from simcore.contact.self_contact import add_self_contact, overlaps
 from simcore.device.motion import DeviceState
 from simcore.dynamics.impedance import add_pair_impedance, add_point_impedance, project_blocks
-from simcore.dynamics.joints import PostureControl
-from simcore.dynamics.passive import PassiveJoints
 from simcore.dynamics.pinocchio_views import view_segments
+from simcore.joint_torque import JointTorque
 from simcore.scene import Scene
 from simcore.skin_contact import contact_with_device
 
@@ -37,12 +35,7 @@ class Interaction:
         self.model = body.model
         self.data = body.model.createData()
         self._views = view_segments(self.model, self.data)
-        joints = scene.method.joints
-        self._stiffness, self._damping = joint_gains(self.model, joints)
-        self._control = PostureControl(
-            self.model, scene.configuration, self._stiffness, self._damping
-        )
-        self._passive = PassiveJoints(self.model) if joints.passive == "anatomical" else None
+        self._joints = JointTorque(scene)
         self._influences = (
             skin.influence_offsets, skin.influence_segment, skin.influence_weight,
             skin.influence_point,
@@ -118,7 +111,8 @@ class Interaction:
         impedance[:] = 0.0
         torque = self._torque(moved, q, v, lag)
         impedance *= lag * lag  # so far of passive joints
-        np.einsum("ii->i", impedance)[:] += lag * (lag * self._stiffness + self._damping)
+        joints = self._joints
+        np.einsum("ii->i", impedance)[:] += lag * (lag * joints.stiffness + joints.damping)
         blocks[:] = 0.0
         add_point_impedance(
             contact.listed, *self._influences[:3], contact.points, contact.normals, contact.along,
@@ -144,9 +138,7 @@ class Interaction:
     ) -> np.ndarray:
         """Return torques of joints and contact (47,); add K of passive joints to `_impedance`."""
         self.contact.evaluate(self._views, moved, lag)
-        torque = self._control.torque(q, v)
-        if self._passive:
-            self._passive.add_torque(q, v, torque, self._impedance)
+        torque = self._joints.torque(q, v, self._impedance)
         return torque + self._joint_torque_of_contact(lag)
 
     def _joint_torque_of_contact(self, lag: float) -> np.ndarray:
@@ -190,17 +182,3 @@ class Interaction:
 
     def _add_impedance_of_sheet(self) -> None:
         """Add that of a sheet to `_impedance`; here there is none."""
-
-
-def joint_gains(model: pin.Model, joints: Joints) -> tuple[np.ndarray, np.ndarray]:
-    """Return stiffness [N·m/rad] and damping [N·m·s/rad] by degree of freedom (nv,)."""
-    stiffness, damping = np.zeros(model.nv), np.zeros(model.nv)
-    for index, segment in enumerate(SEGMENTS):
-        kind = segment.anatomy.removesuffix("_left").removesuffix("_right")
-        if kind == "root":
-            continue
-        joint, gains = model.joints[index + 1], getattr(joints, kind)
-        dofs = slice(joint.idx_v, joint.idx_v + joint.nv)
-        stiffness[dofs] = joints.muscle_tone * gains.stiffness_nm_per_rad
-        damping[dofs] = gains.damping_nms_per_rad
-    return stiffness, damping

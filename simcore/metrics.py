@@ -8,6 +8,7 @@ import pinocchio as pin
 from simcore.body.build import posed_skin
 from simcore.body.segments import SEGMENTS
 from simcore.body.skin import vertex_normals
+from simcore.joint_metrics import joint_range_margin, lifting_speed, neck_moment
 from simcore.pressure import SensorCells
 from simcore.recorder import FALL_DISPLACEMENT, Trajectory
 from simcore.scene import Scene
@@ -58,6 +59,9 @@ METRICS = {
     "peak_strap_force": Metric("N", "greatest tension of a strap"),
     "max_penetration": Metric("m", "deepest penetration of device or sheet into skin"),
     "joint_excursion": Metric("rad", "largest turn of a joint from its posture", per="joint"),
+    "joint_range_margin": Metric("1", "least margin of a joint within its range", per="joint"),
+    "neck_moment": Metric("N m", "largest torque of the neck's joint while supported"),
+    "lifting_speed": Metric("m s-1", "greatest upward speed of what carries the body"),
     "settled": Metric("1", "body came to rest before the device moved"),
     "simulated_time": Metric("s", "simulated time, settling included"),
     "cpu_time": Metric("s", "processor time of the simulation"),
@@ -130,6 +134,9 @@ def compute_metrics(scene: Scene, trajectory: Trajectory, pressure: np.ndarray) 
         "peak_strap_force": _peak_strap_force(trajectory),
         "max_penetration": float(trajectory.depth_max[supported].max()),
         "joint_excursion": _joint_excursion(scene, trajectory.q[supported]),
+        "joint_range_margin": joint_range_margin(scene, trajectory, supported),
+        "neck_moment": neck_moment(scene, trajectory, supported),
+        "lifting_speed": lifting_speed(scene),
         "settled": float(trajectory.settled),
         "simulated_time": float(time[-1] - time[0]),
         "cpu_time": trajectory.cpu_time,

@@ -32,9 +32,12 @@ def presentation_digest() -> str:
 
 
 @cache
-def certificate_digest() -> str:
-    """Return the digest of the source that judges certificates."""
-    return _digest([PACKAGE / "certificate.py"])
+def judgement_digest() -> str:
+    """Return the digest of the sources that judge results: certificates, limits."""
+    limits = (PACKAGE / "limits").iterdir()
+    return _digest(
+        [PACKAGE / "certificate.py", *(file for file in limits if file.suffix in (".py", ".csv"))]
+    )
 
 
 def _digest(files) -> str:

@@ -29,6 +29,7 @@ from simcore.dataset import (
 )
 from simcore.errors import DesignError
 from simcore.jobs import jobs_of
+from simcore.limits.margins import COMPARATIVE, bounds
 from simcore.metrics import JOINTS, METRICS, STATUS
 from simcore.provenance import simulation_digest
 from simcore.sweep import begin_count, count_done, describe_row, simulate_missing
@@ -296,8 +297,54 @@ def test_finished_candidates_are_counted_over_jobs(simulated, tmp_path):
     assert count_done(whole, candidate) == 1
 
 
+def test_margins_are_taken_to_each_limit(made):
+    """The sacrum has 20 kPa · (1 − fall margin), the neck 2 N·m and the lift 0.15 m/s."""
+    study, ds = made
+    here = ds.sel(body="male_172_70", support_angle_deg=7, seat_depth_m=0.4)  # fall margin 0.3
+    assert here.margin_linder_ganz.item() == pytest.approx(1 - 14 / 32, abs=1e-4)
+    assert here.margin_capillary_closing_venous.item() == pytest.approx(1 - 14e3 / 1599.87)
+    assert here.margin_neck_moment.item() == pytest.approx(0.8)
+    assert here.margin_lifting_speed.item() == 0
+    heel = here.region_margin_capillary_closing_arteriolar.sel(region="heel_left")
+    assert heel.item() == pytest.approx(1 - 10e3 / 4266.316)
+    assert ds.region_margin_linder_ganz.dims == (*study.axes, "region")
+    assert ds.margin_neck_moment.sel(support_angle_deg=5).isnull().all()  # failed
+    assert ds.attrs["comment"] == COMPARATIVE
+
+
+def test_a_margin_tells_its_limit_and_how_sure_it_is(made):
+    told = made[1].margin_linder_ganz.attrs
+    assert told["limit_value"] == pytest.approx(32e3, rel=1e-4) and told["limit_units"] == "Pa"
+    assert (told["verified"], told["extrapolated"]) == ("unverified", "yes")
+    assert told["exposure_s"] == 300 and "Linder-Ganz" in told["source"]
+    neck = made[1].margin_neck_moment.attrs
+    assert (neck["verified"], neck["extrapolated"]) == ("read", "no")
+    assert "exposure_s" not in neck
+
+
+def test_the_study_sets_the_exposure_and_no_candidate_changes(made, tmp_path):
+    """For 90 min half the drop is left: 9 + 23/2 kPa."""
+    study, ds = made
+    path = tmp_path / "config" / "made_up.yaml"
+    path.parent.mkdir()
+    (tmp_path / "designs").symlink_to(study.root / "designs")
+    path.write_text(study.path.read_text() + "exposure_s: 5400\n")
+    longer = load_study(path)
+    assert [each.id for each in longer.candidates] == [each.id for each in study.candidates]
+    again = collect(longer, [study.folder / "rows.nc"])
+    assert again.margin_linder_ganz.attrs["limit_value"] == pytest.approx(20.5e3)
+    assert again.margin_linder_ganz.attrs["extrapolated"] == "no"
+    expected = 1 - ds.peak_pressure / 20.5e3
+    assert again.margin_linder_ganz.values == pytest.approx(expected.values, nan_ok=True)
+    assert (again.margin_neck_moment.fillna(9) == ds.margin_neck_moment.fillna(9)).all()
+
+
 def test_the_document_lists_every_variable():
     text = (ROOT / "docs" / "dataset.md").read_text(encoding="utf-8")
+    for bound in bounds(300.0):
+        per = METRICS[bound.metric].per or ""
+        meaning = f"margin to the limit of {bound.title}"
+        assert f"| `{bound.name}` | `{bound.metric}` | {per} | {meaning} |" in text
     for name, metric in METRICS.items():
         assert f"| `{name}` | {metric.units} | {metric.per or ''} | {metric.long_name} |" in text
     for name, (dims, units, long_name) in dataset.TRAJECTORY.items():

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from simcore.dynamics.integrators import rk4_step
 from simcore.dynamics.joints import PostureControl
-from simcore.interaction import joint_gains
+from simcore.joint_torque import joint_gains
 
 seeds = st.integers(0, 2**32 - 2)
 

@@ -26,6 +26,12 @@ from simcore.config.values import Finite, Positive, Strict, Whole
 from simcore.config.yaml_file import read_design, read_yaml, shown, validate
 from simcore.errors import DesignError
 
+# ASSUME: 5 min. Transfers from bed to chair were seen to take 157 s with a ceiling lift and 274 s
+# with a floor lift (mean of observations, attaching included: Evaluation of ceiling lifts, Injury
+# 2009; 40, 987, abstract, read). The time the device is loaded is less than that.
+EXPOSURE = 300.0
+"""How long a patient is carried, unless the study says otherwise [s]."""
+
 CANDIDATES_MAX = 100_000
 """Most candidates of one study; a slip of a step would otherwise fill the memory."""
 
@@ -145,6 +151,11 @@ class StudyFile(Strict):
         Field(description="candidates simulated again at half the step and on twice the mesh, by "
               "values of axes"),
     ] = "none"
+    exposure_s: Annotated[
+        Positive,
+        Field(description="how long a patient is carried: the time for which pressures are "
+              "compared with limits; changes no simulation"),
+    ] = EXPOSURE
     candidates_per_job: Annotated[
         Annotated[int, Field(ge=1), Whole] | None,
         Field(description="candidates that one process simulates; none: chosen"),

@@ -1,10 +1,10 @@
-"""How long a pressure may last: two published curves, and their inverses.
+"""What pressure may last for how long: two published curves.
 
 Both were meant for hours. Neither tells whether a patient is injured; see docs/limits.md.
 """
 
 import numpy as np
-from scipy.special import expit, logit
+from scipy.special import expit
 
 from simcore.limits.table import limits
 
@@ -21,23 +21,11 @@ def linder_ganz_pressure(time):
     time : array_like
         How long the pressure lasts [s].
     """
-    floor, drop, rate, midpoint = _sigmoid()
-    return floor + drop * expit(-rate * (np.asarray(time, float) - midpoint))
-
-
-def linder_ganz_time(pressure):
-    """Return how long a steady pressure lasts until it reaches that curve [s].
-
-    0 for a pressure above the whole curve, infinite for one below it.
-
-    Parameters
-    ----------
-    pressure : array_like
-        [Pa].
-    """
-    floor, drop, rate, midpoint = _sigmoid()
-    height = np.clip((np.asarray(pressure, float) - floor) / drop, 0.0, 1.0)
-    return np.maximum(midpoint - logit(height) / rate, 0.0)
+    floor, ceiling, rate, midpoint = (
+        limits()[f"pressure_time_{name}", "rat muscle"].value
+        for name in ("floor", "ceiling", "rate", "midpoint")
+    )
+    return floor + (ceiling - floor) * expit(-rate * (np.asarray(time, float) - midpoint))
 
 
 def reswick_rogers_pressure(time):
@@ -49,32 +37,6 @@ def reswick_rogers_pressure(time):
     Parameters
     ----------
     time : array_like
-        How long the pressure lasts [s]; without bound at 0.
+        How long the pressure lasts [s], above 0.
     """
-    return _hyperbola(time)
-
-
-def reswick_rogers_time(pressure):
-    """Return how long a steady pressure lasts until it reaches that curve [s].
-
-    Parameters
-    ----------
-    pressure : array_like
-        [Pa]; infinite time for 0.
-    """
-    return _hyperbola(pressure)
-
-
-def _sigmoid() -> tuple[float, float, float, float]:
-    """Return C [Pa], K [Pa], α [1/s] and t₀ [s]."""
-    floor, ceiling, rate, midpoint = (
-        limits()[f"pressure_time_{name}", "rat muscle"].value
-        for name in ("floor", "ceiling", "rate", "midpoint")
-    )
-    return floor, ceiling - floor, rate, midpoint
-
-
-def _hyperbola(factor):
-    product = limits()["pressure_time_product", "bony prominences"].value
-    with np.errstate(divide="ignore"):
-        return product / np.asarray(factor, float)
+    return limits()["pressure_time_product", "bony prominences"].value / np.asarray(time, float)

@@ -20,7 +20,6 @@ SI = {
     "1/min": ("1/s", 1 / 60),
     "s": ("s", 1.0),
     "m/s": ("m/s", 1.0),
-    "N": ("N", 1.0),
     "N m": ("N m", 1.0),
 }
 """Printed unit → SI unit, and its size in that."""
@@ -42,8 +41,6 @@ class Limit:
         In SI.
     printed : str
         Value and unit as in the source.
-    regions : tuple of str
-        Body regions it holds for, without side; empty where it is not of a region.
     source, confidence, note : str
         Where it comes from, one of `CONFIDENCE`, and what it can and cannot say.
     """
@@ -53,7 +50,6 @@ class Limit:
     value: float
     units: str
     printed: str
-    regions: tuple[str, ...]
     source: str
     confidence: str
     note: str
@@ -74,7 +70,7 @@ def limits() -> dict[tuple[str, str], Limit]:
             limit = Limit(
                 quantity=row["quantity"], condition=row["condition"],
                 value=size * float(row["value"]), units=units,
-                printed=f"{row['value']} {row['unit']}", regions=tuple(row["regions"].split()),
+                printed=f"{row['value']} {row['unit']}",
                 source=row["source"], confidence=row["confidence"], note=row["note"],
             )
             rows[limit.quantity, limit.condition] = limit

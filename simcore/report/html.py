@@ -13,6 +13,8 @@ from plotly.io import to_html
 from plotly.offline import get_plotlyjs
 
 from simcore.dataset import open_dataset
+from simcore.limits.margins import COMPARATIVE
+from simcore.report import limits
 from simcore.report.certificates import VARIANT_TITLES, certificates_of, doubt_of
 from simcore.report.charts import Chart, charts_of, slice_of
 from simcore.report.equations import equations_of
@@ -97,6 +99,10 @@ def _page(ds: xr.Dataset, galleries: list[Gallery], scale: float, missing: list[
         counts=[(name, MARKS[name], int((verdicts == name).sum()))
                 for name in (HELD, FELL, FAILED)],
         matrices=_matrices(ds),
+        comparative=COMPARATIVE,
+        limits=limits.lines_of(ds),
+        limit_columns=limits.columns_of(ds),
+        limit_rows=limits.rows_of(ds),
         charts=[(chart, _figures_html(chart)) for chart in charts],
         galleries=[_gallery(ds, gallery) for gallery in galleries],
         scale=_scale(scale),
@@ -136,7 +142,7 @@ def _matrices(ds: xr.Dataset) -> list[dict]:
 
 
 def _matrix(ds: xr.Dataset, title: str, down: str, across, corner: str, fixed: str) -> dict:
-    verdicts = verdicts_of(ds)
+    verdicts, over = verdicts_of(ds), limits.over_counts(ds)
     columns = across.values if across else (None,)
     axis = next(axis for axis in axes_of(ds) if axis.name == down)
     rows = []
@@ -154,11 +160,13 @@ def _matrix(ds: xr.Dataset, title: str, down: str, across, corner: str, fixed: s
                     if verdict != FAILED else "",
                     "why": fall_reason(figures),
                     "doubt": doubt_of(figures),
+                    "over": over.sel(place).squeeze().item(),
                 }
             )
         rows.append((axis.text(value), cells))
     return {
         "title": title,
+        "compared": any(cell["over"] for _, cells in rows for cell in cells),
         "doubted": any(cell["doubt"] for _, cells in rows for cell in cells),
         "corner": corner,
         "across": across.title if across else "",

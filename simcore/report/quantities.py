@@ -49,6 +49,9 @@ QUANTITIES = {
     "peak_strap_force": Quantity("Greatest strap tension", "N", 1.0, 0),
     "max_penetration": Quantity("Deepest penetration", "mm", 1e3, 1),
     "joint_excursion": Quantity("Joint excursion", "°", float(np.degrees(1)), 0),
+    "joint_range_margin": Quantity("Margin of a joint's range", "", 1.0, 2),
+    "neck_moment": Quantity("Torque of the neck", "N·m", 1.0, 1),
+    "lifting_speed": Quantity("Lifting speed", "m/s", 1.0, 2),
     "simulated_time": Quantity("Simulated time", "s", 1.0, 1),
     "cpu_time": Quantity("Processor time", "s", 1.0, 1),
 }

@@ -9,7 +9,7 @@ rule dataset:
         f"{RESULTS}/dataset.nc",
     params:
         candidates=[each.id for each in STUDY.runs],
-        tolerances=certificate_digest(),
+        judgement=judgement_digest(),
     script:
         "../scripts/dataset.py"
 
