@@ -3,6 +3,7 @@
 import json
 import os
 import sys
+import webbrowser
 from pathlib import Path
 from typing import Annotated
 
@@ -19,6 +20,7 @@ app = typer.Typer(
 console = Console(soft_wrap=True)
 
 StudyPath = Annotated[Path, typer.Argument(help="YAML file of a study")]
+RunPath = Annotated[Path, typer.Argument(help="a run's file: candidates/ID.nc, or of --out")]
 Replacements = Annotated[
     list[str] | None, typer.Option("--set", help="PATH=VALUE, replaces a value or fixes an axis")
 ]
@@ -129,6 +131,52 @@ def simulate(
         console.print(f"written: {out}", highlight=False)
     if figures.status.item() != "ok":
         raise typer.Exit(1)
+
+
+@app.command()
+def export(
+    run: RunPath,
+    glb: Annotated[bool, typer.Option("--glb", help="animated glTF: body, device, sheet")] = False,
+    csv: Annotated[bool, typer.Option("--csv", help="tables: RUN_series.csv and others")] = False,
+    out: Annotated[Path | None, typer.Option(help="file to write [default: beside RUN]")] = None,
+) -> None:
+    """Write a run in formats that other programs read."""
+    if not (glb or csv):
+        raise DesignError("export: nothing asked for; accepted: --glb, --csv or both")
+    out = out or run.with_suffix(".glb")
+    _refuse_unwritable(out)
+    from simcore.export.gltf import to_glb
+    from simcore.export.recording import open_recording
+    from simcore.export.tables import tables_of
+    from simcore.export.whole_file import write_whole
+
+    recording = open_recording(run)
+    files = {out: to_glb(recording)} if glb else {}
+    if csv:
+        tables = tables_of(recording)
+        files |= {out.with_name(f"{out.stem}_{name}.csv"): tables[name] for name in tables}
+    for path, content in files.items():
+        write_whole(path, content)
+        console.print(f"written: {path}", highlight=False)
+
+
+@app.command()
+def replay(
+    run: RunPath,
+    other: Annotated[Path | None, typer.Argument(help="another run, shown beside it")] = None,
+    out: Annotated[Path | None, typer.Option(help="[default: RUN_replay.html beside RUN]")] = None,
+    show: Annotated[bool, typer.Option("--open/--no-open", help="open it in a browser")] = True,
+) -> None:
+    """Write a replay in three dimensions, one HTML file that needs no network, and open it."""
+    out = out or run.with_name(f"{run.stem}_replay.html")
+    _refuse_unwritable(out)
+    from simcore.export.recording import open_recording
+    from simcore.viewer import write_replay
+
+    write_replay([open_recording(each) for each in (run, other) if each], out)
+    console.print(f"written: {out}", highlight=False)
+    if show:
+        webbrowser.open(out.resolve().as_uri())
 
 
 @app.command()

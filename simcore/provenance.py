@@ -6,7 +6,10 @@ from importlib.metadata import version
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent
-PRESENTATION = ("report", "cli.py", "limits", "validation", "certificate.py")
+PRESENTATION = (
+    "report", "viewer", "export", "pressure_scale.py", "cli.py", "limits", "validation",
+    "certificate.py",
+)
 """Parts of the package that show or judge results and do not decide them."""
 
 VERSIONED = ("simcore", "numpy", "scipy", "pin", "numba", "xarray", "netCDF4", "anny")

@@ -14,13 +14,13 @@ SIBLINGS = ("body", "device", "contact", "dynamics", "sheet")
 FOUNDATION = {"errors", "cache", "compiled", "config"}
 JOINTS = ("scene", "skin_contact", "joint_torque", "interaction", "sling_contact",
           "sling_interaction", "recorder", "simulate", "joint_metrics", "metrics", "validation",
-          "dataset", "sweep", "certificate", "report", "cli")
+          "dataset", "sweep", "certificate", "export", "viewer", "report", "cli")
 """What joins the rooms below, in the direction of the data: each may import those before it."""
 
 JOIN_DATASETS = ("dataset.py", "sweep.py", "certificate.py")
 
 
-SHARED = ("limits", "pressure", "provenance")
+SHARED = ("limits", "pressure", "pressure_scale", "provenance")
 """Know no other room."""
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from simcore.report.pressure_scale import UNLOADED_COLOUR, pressure_colours
+from simcore.pressure_scale import UNLOADED_COLOUR, pressure_colours
 from simcore.report.render import Mesh, frame_points, project, render, vertex_normals
 
 

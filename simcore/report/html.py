@@ -14,6 +14,7 @@ from plotly.offline import get_plotlyjs
 
 from simcore.dataset import open_dataset
 from simcore.limits.margins import COMPARATIVE
+from simcore.pressure_scale import colour_stops
 from simcore.report import limits
 from simcore.report.certificates import VARIANT_TITLES, certificates_of, doubt_of
 from simcore.report.charts import Chart, charts_of, slice_of
@@ -22,7 +23,6 @@ from simcore.report.exemplars import choose_exemplars
 from simcore.report.findings import CAVEAT, body_findings, fall_reason, headline
 from simcore.report.physics import tables_of
 from simcore.report.pictures import Gallery, take_pictures
-from simcore.report.pressure_scale import colour_stops
 from simcore.report.quantities import QUANTITIES, axes_of, number_text, place_text
 from simcore.report.trust import (
     ROWS_MAX,

@@ -3,8 +3,8 @@
 import numpy as np
 import plotly.graph_objects as go
 
+from simcore.pressure_scale import colour_stops
 from simcore.report.charts import Chart, finish
-from simcore.report.pressure_scale import colour_stops
 from simcore.report.quantities import QUANTITIES
 from simcore.report.runs import Run
 from simcore.sheet.outline import contains, distance_to_sides

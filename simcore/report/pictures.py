@@ -9,10 +9,10 @@ import numpy as np
 import xarray as xr
 from PIL import Image
 
+from simcore.pressure_scale import pressure_colours, scale_end
 from simcore.report.charts import Chart
 from simcore.report.exemplars import Exemplar
 from simcore.report.mat import mat_chart
-from simcore.report.pressure_scale import pressure_colours, scale_end
 from simcore.report.render import Camera, Mesh, frame_points, render
 from simcore.report.runs import Run, read_run
 from simcore.report.sling_pictures import sling_meshes

@@ -1,0 +1,1 @@
+"""Runs → the formats of other programs: animated glTF, CSV tables (docs/export.md)."""
