@@ -67,6 +67,10 @@ def test_check_counts_the_candidates(study, simcore):
           "--out", "config/tiny.yaml/run.nc"], "cannot be written; accepted: a file in a folder"),
         (["body", "designs/bodies/no.yaml"], "designs/bodies/no.yaml: cannot be read"),
         (["body", "designs/bodies/giant.yaml"], "giant"),
+        (["export", "run.nc"], "nothing asked for; accepted: --glb, --csv or both"),
+        (["export", "run.nc", "--glb"], "run.nc: cannot be read as NetCDF"),
+        (["export", "run.nc", "--glb", "--out", "config"], "--out config: is a folder"),
+        (["replay", "run.nc", "--no-open"], "run.nc: cannot be read as NetCDF"),
         (["bench", "cloth"], "bench: no case cloth; accepted: lift, sling"),
     ],
 )  # fmt: skip
@@ -140,6 +144,29 @@ def test_body_prints_masses_and_writes_a_model(study, simcore):
     assert (code, err) == (0, "")
     assert "mass 70.00 kg" in out and "de Leva" in out
     assert Path("tiny.glb").read_bytes()[:4] == b"glTF"
+
+
+def test_a_run_is_exported_and_replayed(study, simcore, monkeypatch):
+    opened = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    simcore("simulate", study, "--set", "support_angle_deg=7", "--set", "hold_s=0.05",
+            "--out", "run.nc")
+    assert simcore("export", "run.nc", "--glb", "--csv")[::2] == (0, "")
+    assert Path("run.glb").read_bytes()[:4] == b"glTF"
+    assert Path("run_series.csv").read_text().startswith("time_s,")
+    code, out, err = simcore("replay", "run.nc", "run.nc", "--no-open", "--out", "new/both.html")
+    assert (code, out, err, opened) == (0, "written: new/both.html\n", "", [])
+    simcore("replay", "run.nc")
+    assert opened == [Path("run_replay.html").resolve().as_uri()]
+    assert Path("new/both.html").stat().st_size < 3e6
+
+
+def test_the_table_of_a_study_is_no_run(study, simcore):
+    from report_studies import make_study
+
+    table = make_study(Path(), lambda place: 0.5)[1]
+    code, _, err = simcore("replay", table, "--no-open")
+    assert code == 2 and "is the table of a study; accepted: one run" in err
 
 
 def test_the_installed_command(tmp_path):

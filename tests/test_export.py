@@ -303,7 +303,7 @@ def test_a_run_of_another_body_is_refused(tmp_path, runs):
     path = make_run(tmp_path / "run.nc")
     frames = runs["robotic_lift"].frames.copy()
     design = json.loads(frames.attrs["design"])
-    design["body"]["skin_vertices"] = 1000
+    design["body"]["skin_vertices"] = 2000
     frames.attrs["design"] = json.dumps(design)
     path.unlink()
     frames.drop_encoding().to_netcdf(path)

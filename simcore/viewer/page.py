@@ -18,6 +18,11 @@ from simcore.viewer.pack import name_of, pack_body, pack_device, pack_run
 
 SCRIPTS = ("vendor/three.min.js", "payload.js", "blend.js", "stage.js", "player.js")
 
+TEMPLATES = Environment(
+    loader=PackageLoader("simcore.viewer", "."), autoescape=True, undefined=StrictUndefined,
+    trim_blocks=True, lstrip_blocks=True,
+)
+
 FORWARD = {"robotic_lift": "forward", "sling_lift": "to the feet"}
 
 
@@ -38,10 +43,6 @@ class Replays:
         self._blocks: dict[str, bytes] = {}
         self._labels: dict[str, str] = {}
         self._kinds: set[str] = set()
-        self._environment = Environment(
-            loader=PackageLoader("simcore.viewer", "."), autoescape=True,
-            undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
-        )
 
     def add(self, run: str, recording: Recording, title: str | None = None) -> None:
         """Take up a run under an id of letters, digits, `-` and `_`; by default titled by place."""
@@ -76,7 +77,7 @@ class Replays:
         ticks = [f"{tick:g}" for tick in np.linspace(0, 1e-3 * self.scale, 3)]
         stops = ", ".join(f"{colour} {100 * share:.3g}%" for share, colour in colour_stops())
         lifts = "robotic_lift" in self._kinds
-        return Markup(self._environment.get_template("fragment.html").render(
+        return Markup(TEMPLATES.get_template("fragment.html").render(
             shown=json.dumps(ids), alone=alone, choices=choices if choose else (), first=ids[0],
             second=ids[1] if len(ids) > 1 else "", options=_options,
             forward=" or ".join(FORWARD[kind] for kind in sorted(self._kinds)),
@@ -109,7 +110,7 @@ def write_replay(recordings: list[Recording], out: Path, scale: float | None = N
     shown = [f"{number}" for number in range(len(recordings))]
     for name, recording in zip(shown, recordings, strict=True):
         replays.add(name, recording)
-    page = replays._environment.get_template("page.html").render(
+    page = TEMPLATES.get_template("page.html").render(
         title=" | ".join(title_of(each) for each in recordings),
         fragment=replays.fragment(shown, choose=False, alone=True),
         assets=replays.assets(),

@@ -51,7 +51,8 @@
         for (let vertex = 0; vertex < count; vertex++) {
           const from = (axis * frames + frame) * count + vertex;
           const to = (frame * count + vertex) * 3 + axis;
-          const step = low[from] | (high[from] << 8);
+          const folded = low[from] | (high[from] << 8); // 0, −1, 1, −2 … as 0, 1, 2, 3 …
+          const step = (folded >>> 1) ^ -(folded & 1);
           shapes[to] = step + (frame ? shapes[to - 3 * count] : 0); // wraps round at 16 bits, as it was packed
         }
     return shapes;

@@ -5,10 +5,12 @@
   const FIELD_OF_VIEW = 30; // degrees
   const EDGE = 20; // free around what the camera frames [pixel]
   const RATE_WINDOW = 1000; // ms over which frames are counted
-  // Pixels drawn for one of the screen, along each side: what is at rest is drawn at the finest, and what moves at what the
-  // machine keeps up with. Multisampling would cost a software renderer three times as much.
-  const FINENESS = [0.5, 0.7, 1, 1.4, 2], FINENESS_FIRST = 2;
-  const SLOW = 30, FAST = 55; // frames/s below or above which the next is taken
+  // Levels of fineness: pixels drawn for one of the screen, along each side, and after how many frames the shadow is cast
+  // anew, which costs a software renderer half of its time; multisampling would cost it three times as much. What is at rest
+  // is drawn at the finest level, what moves at the finest that the machine keeps up with.
+  const LEVELS = [[0.7, 4], [1, 4], [1, 1], [1.4, 1], [2, 1]], FIRST = 2, FINEST = LEVELS.length - 1;
+  const RATIO_MAX = 2; // pixels drawn for one of CSS, along each side: more is not seen
+  const SLOW = 28, FAST = 55; // frames/s below or above which the next is taken
   const REST = 120; // ms without a change
   const VIEWS = {
     front: [1, 0, 0.12], back: [-1, 0, 0.12], side: [0, 1, 0.12], above: [0.001, 0, 1], below: [-0.55, 0.25, -0.75],
@@ -23,18 +25,22 @@
       this.time = 0;
       this.playing = false;
       this.drawn = []; // when the last frames were drawn [ms]
-      this.fineness = FINENESS_FIRST;
-      this.finest = FINENESS.length - 1;
+      this.level = FIRST;
+      this.ceiling = FINEST;
+      this.count = 0;
       this.ready = this._start();
     }
 
     async _start() {
-      if (!this.canvas.getContext("webgl2", { antialias: false, alpha: true })) return this._tell("The replay needs WebGL 2, which this browser does not offer.");
-      if (!window.DecompressionStream) return this._tell("The replay needs a newer browser: from Chrome 80, Firefox 113 or Safari 16.4 on.");
+      if (!this.canvas.getContext("webgl2", { antialias: false, alpha: true }))
+        return this._tell("The replay needs WebGL 2, which this browser does not offer.");
+      if (!window.DecompressionStream)
+        return this._tell("The replay needs a newer browser: from Chrome 80, Firefox 113 or Safari 16.4 on.");
       const style = JSON.parse(document.getElementById("replay-colours").textContent);
       this.table = replay.colourTable(Uint8Array.from(atob(style), (c) => c.charCodeAt(0)));
       this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: false, alpha: true });
       this.renderer.shadowMap.enabled = true;
+      this.renderer.shadowMap.autoUpdate = false;
       this.renderer.shadowMap.type = THREE.PCFShadowMap;
       this.renderer.setClearAlpha(0);
       this.renderer.autoClear = false;
@@ -137,33 +143,26 @@
       const back = new THREE.Vector3(...from).normalize();
       // Below the titles, and above what lies over the picture on a wide screen.
       const [width, height] = this.pane;
-      const top = Math.max(...[...this.find("panes").children].map((label) => label.lastChild.offsetTop + label.lastChild.offsetHeight - label.offsetTop));
+      const labels = [...this.find("panes").children];
+      const top = Math.max(...labels.map((label) => label.lastChild.offsetTop + label.lastChild.offsetHeight - label.offsetTop));
       const tall = Math.tan((FIELD_OF_VIEW * Math.PI) / 360) * (1 - (top + EDGE) / height);
       const wide = Math.tan((FIELD_OF_VIEW * Math.PI) / 360) * this.camera.aspect * (1 - (2 * EDGE) / width);
       this.camera.setViewOffset(width, height, 0, (EDGE - top) / 2, width, height);
       const right = new THREE.Vector3().crossVectors(this.camera.up, back).normalize();
       const up = new THREE.Vector3().crossVectors(back, right);
-      // The middle of what is seen, then as near as every point allows; near and far points differ
-      // in perspective, so the middle is found again.
-      const centre = new THREE.Vector3();
-      let distance = 0;
-      for (let round = 0; round < 4; round++) {
-        const ends = [right, up].map((axis) => {
-          const reach = this.outermost.map((point) => {
-            const at = point.clone().sub(centre);
-            const shrink = distance ? (distance - at.dot(back)) / distance : 1;
-            return at.dot(axis) / shrink;
-          });
-          return { axis, low: Math.min(...reach), high: Math.max(...reach) };
-        });
-        for (const { axis, low, high } of ends) centre.addScaledVector(axis, (low + high) / 2);
-        distance = Math.max(...this.outermost.map((point) => {
-          const at = point.clone().sub(centre);
-          return at.dot(back) + Math.max(Math.abs(at.dot(right)) / wide, Math.abs(at.dot(up)) / tall);
-        }));
-      }
-      this.camera.position.copy(centre).addScaledVector(back, distance);
-      this.orbit.target.copy(centre);
+      // |a − x| ≤ slope · (z − d) for every point at (a, d) across and towards the camera, which stands at (x, z): its two
+      // sides bound x + slope · z and slope · z − x from below.
+      const fit = (axis, slope) => {
+        const [more, less] = [1, -1].map((sign) => Math.max(...this.outermost.map((point) => sign * point.dot(axis) + slope * point.dot(back))));
+        return { place: (more - less) / 2, distance: (more + less) / (2 * slope) };
+      };
+      const across = fit(right, wide), along = fit(up, tall);
+      const depth = this.outermost.map((point) => point.dot(back));
+      const middle = (Math.min(...depth) + Math.max(...depth)) / 2;
+      const target = new THREE.Vector3().addScaledVector(right, across.place).addScaledVector(up, along.place).addScaledVector(back, middle);
+      const distance = Math.max(across.distance, along.distance) - middle;
+      this.camera.position.copy(target).addScaledVector(back, distance);
+      this.orbit.target.copy(target);
       this.orbit.update();
       this.draw();
     }
@@ -184,17 +183,19 @@
         if (time >= this.last) this.play(false);
         this._rate(now);
       }
-      this._render(this.fineness);
+      this._render(this.level);
       clearTimeout(this.rest);
       if (this.playing) this.draw();
-      else this.rest = setTimeout(() => this._render(FINENESS.length - 1), REST);
+      else this.rest = setTimeout(() => this._render(FINEST), REST);
     }
 
-    _render(fineness) {
+    _render(level) {
       if (this.hidden || !this.pane) return;
       const { renderer, stages } = this;
-      const ratio = FINENESS[fineness] * Math.min(window.devicePixelRatio, 2);
+      const [pixels, every] = LEVELS[level];
+      const ratio = Math.min(pixels * window.devicePixelRatio, RATIO_MAX);
       if (renderer.getPixelRatio() !== ratio) renderer.setPixelRatio(ratio);
+      const cast = this.count++ % every === 0;
       renderer.setScissorTest(false);
       renderer.clear();
       renderer.setScissorTest(stages.length > 1);
@@ -203,6 +204,7 @@
         const [x, y] = this.stacked ? [0, (stages.length - 1 - i) * height] : [i * width, 0];
         renderer.setViewport(x, y, width, height);
         renderer.setScissor(x, y, width, height);
+        renderer.shadowMap.needsUpdate = cast;
         renderer.render(stage.scene, this.camera);
       });
       this._axes();
@@ -235,10 +237,10 @@
 
     _adapt() {
       const change = this.frameRate < SLOW ? -1 : this.frameRate > FAST ? 1 : 0;
-      const fineness = Math.min(Math.max(this.fineness + change, 0), this.finest);
-      if (change < 0) this.finest = fineness; // never up again to what was too slow
-      if (fineness !== this.fineness) this.drawn = [];
-      this.fineness = fineness;
+      const level = Math.min(Math.max(this.level + change, 0), this.ceiling);
+      if (change < 0) this.ceiling = level; // never up again to what was too slow
+      if (level !== this.level) this.drawn = [];
+      this.level = level;
     }
 
     _size() {
@@ -292,7 +294,7 @@
         this.play(false);
         this.seek(this.time + steps * this.step * (event.shiftKey ? 10 : 1));
       } else if (event.key === "Home" || event.key === "End") this.seek(event.key === "Home" ? this.first : this.last);
-      else if (event.key === " " && !event.target.closest("[data-view], summary, a")) this.play(!this.playing);
+      else if (event.key === " " && !event.target.closest("button, input[type=checkbox], a, summary")) this.play(!this.playing);
       else return;
       event.preventDefault();
     }
