@@ -23,9 +23,9 @@ SPREAD_WINDOW = 1.0
 LYING_WINDOW = 0.2
 """Length of the last part of the settling, likewise [s]."""
 
-# ASSUME: what pressure mats begin to read at, 5 mmHg. A threshold of nothing would count cells that
-# hardly touch, and their number goes with the mesh.
-CONTACT_PRESSURE = 667.0
+# ASSUME: 10 mmHg, twice what pressure mats begin to read at. At less, cells count that cloth hardly
+# touches, and their number goes with the mesh (docs/validation.md).
+CONTACT_PRESSURE = 1333.0
 """Cells that read more than this carry load [Pa]."""
 
 JOINTS = tuple(segment.anatomy for segment in SEGMENTS[1:])

@@ -14,6 +14,9 @@ LIFT, SLING = Path("config/lift_angle.yaml"), Path("config/sling_stiffness.yaml"
 BODY = "male_172_70"
 RECLINED = {"device": "sling_reclined", "stiffness_per_width_n_per_m": 2.0e4}
 
+CREEP_TIME, CREEP_AFTER = 600.0, 2.0
+"""How long a body is held still, and when the swing of the device's stop has died away [s]."""
+
 MOST = 100.0
 """What a ratio that is to exceed 1 may be at most: anything."""
 
@@ -38,6 +41,19 @@ def measure_lift() -> Measurement:
         "lift_inclined_holds": inclined["fell"],
         "lift_support": inclined["support_force_ratio"],
     })
+
+
+def measure_creep() -> Measurement:
+    """Hold the man on the support inclined by 7° for ten minutes, still seated when they begin."""
+    loaded = load_study(LIFT, {
+        "body": BODY, "support_angle_deg": 7.0, "hold_s": CREEP_TIME, "record_rate_hz": 1.0,
+    })
+    (candidate,) = loaded.candidates
+    scene = build_scene(candidate.design, BODY, loaded.root)
+    run = simulate(scene)
+    held = run.time > scene.motion.duration + CREEP_AFTER
+    way = np.einsum("tji,tj->ti", run.device_rotation, run.q[:, :3] - run.device_position)[held]
+    return Measurement({"lift_creep": 1e3 * np.linalg.norm(way - way[0], axis=1).max()})
 
 
 def measure_sling() -> Measurement:
@@ -73,6 +89,14 @@ CHECKS = (
                       STATICS),
         ),
         measure_lift,
+    ),
+    Check(
+        (
+            Criterion("lift_creep", f"the 70 kg man on the support inclined by 7°: way of his "
+                      f"pelvis on it in {CREEP_TIME:.0f} s simulated", 0.0, 1.0, "mm",
+                      "what sticks does not creep"),
+        ),
+        measure_creep,
     ),
     Check(
         (

@@ -4,12 +4,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from simcore.errors import DesignError
-from simcore.validation import friction, joints, lifts, pendulum, sheets
+from simcore.validation import convergence, friction, joints, lifts, pendulum, sheets
 from simcore.validation.table import Check, Criterion, Outcome, run_check
 
 CHECKS: tuple[Check, ...] = (
     *sheets.CHECKS, *friction.CHECKS, *joints.CHECKS, *pendulum.CHECKS,
-    *lifts.CHECKS,
+    *lifts.CHECKS, *convergence.CHECKS,
 )
 
 

@@ -1,0 +1,60 @@
+"""Do peak pressure and contact area stay where they are on finer meshes and with a smaller step?"""
+
+from pathlib import Path
+
+from simcore.certificate import TOLERANCES, change_of
+from simcore.config import Design, load_study, refined
+from simcore.metrics import compute_metrics, skin_pressure
+from simcore.scene import build_scene
+from simcore.simulate import simulate
+from simcore.validation.table import Check, Criterion, Measurement
+
+BODY = "male_172_70"
+FIGURES = ("peak_pressure", "contact_area")
+
+SCENES = {
+    "board": ("lying on a flat board", Path("config/transfer_board.yaml"),
+              {"support_angle_deg": 0.0}),
+    "lift": ("seated on the lift", Path("config/lift_angle.yaml"), {"support_angle_deg": 7.0}),
+    "sling": ("hanging in the reclined sling", Path("config/sling_stiffness.yaml"),
+              {"device": "sling_reclined", "stiffness_per_width_n_per_m": 2.0e4}),
+}
+"""Key → what it is, study, and place in it."""
+
+
+def figures(design: Design, root: Path) -> dict:
+    """Return the metrics of a design."""
+    scene = build_scene(design, BODY, root)
+    trajectory = simulate(scene)
+    return compute_metrics(scene, trajectory, skin_pressure(scene, trajectory))
+
+
+def measure_convergence(key: str) -> Measurement:
+    """Simulate a candidate as it is and refined; keep the greatest change of each figure."""
+    _, path, place = SCENES[key]
+    study = load_study(path, {"body": BODY, **place})
+    (candidate,) = study.candidates
+    coarse = figures(candidate.design, study.root)
+    fine = [figures(each, study.root) for each in refined(candidate.design).values()]
+    return Measurement({
+        f"{key}_{name}": max(abs(change_of(name, coarse[name], each[name])) for each in fine)
+        for name in FIGURES
+    })
+
+
+def _check(key: str) -> Check:
+    what = SCENES[key][0]
+    return Check(
+        tuple(
+            Criterion(
+                f"{key}_{name}", f"the 70 kg man {what}: greatest change of the {title} at half "
+                "the step, on twice the skin, on twice the device", 0.0, TOLERANCES[name], "",
+                "a figure that depends on the mesh is none",
+            )
+            for name, title in zip(FIGURES, ("peak pressure", "contact area"), strict=True)
+        ),
+        lambda: measure_convergence(key),
+    )
+
+
+CHECKS = tuple(_check(key) for key in SCENES)
