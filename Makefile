@@ -17,8 +17,7 @@ test: setup
 	$(BIN)/python -m pytest
 
 bench: setup
-	$(BIN)/simcore bench lift
-	$(BIN)/simcore bench sling
+	$(BIN)/python -m benchmarks
 
 lint: setup
 	$(BIN)/ruff check .

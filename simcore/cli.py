@@ -4,6 +4,7 @@ import json
 import os
 import sys
 import webbrowser
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -184,22 +185,43 @@ def bench(
     case: Annotated[str, typer.Argument(help="lift or sling")] = "lift",
     as_json: Annotated[bool, typer.Option("--json", help="print JSON instead of a table")] = False,
     repeats: Annotated[int, typer.Option(min=1, help="timed runs; the median is told")] = 3,
+    stages: Annotated[
+        bool, typer.Option("--profile", help="time each stage of a step, too")
+    ] = False,
+    history: Annotated[Path | None, typer.Option(help="JSONL file to add the result to")] = None,
 ) -> None:
     """Time the engine at paper size on one core."""
-    from simcore.bench import CASES, bench_case
+    from simcore.bench import CASES, append, bench_case, case_scene, new_entry, profile_scene
 
     if case not in CASES:
         raise DesignError(f"bench: no case {case}; accepted: {', '.join(CASES)}")
-    result = bench_case(case, repeats)
+    if history:
+        _refuse_unwritable(history)
+    entry = new_entry(lambda: bench_case(case, repeats).as_dict())
+    if stages:
+        entry["profile"] = asdict(profile_scene(case_scene(case), repeats))
+    if history:
+        append(history, entry)
     if as_json:
-        print(json.dumps(result.as_dict(), indent=2))
+        print(json.dumps(entry, indent=2))
         return
     table = Table("phase", "real-time factor")
-    for name, factor in result.phases.items():
+    for name, factor in entry["phases"].items():
         table.add_row(name, f"{factor:.2f}")
-    low, high = result.spread
-    table.add_row("whole run", f"{result.real_time_factor:.2f} ({low:.2f} to {high:.2f})")
+    low, high = entry["spread"]
+    table.add_row("whole run", f"{entry['real_time_factor']:.2f} ({low:.2f} to {high:.2f})")
     console.print(table)
+    yardstick = entry["calibration"]
+    console.print(f"calibrations {yardstick['kernel_ms']:.2f} ms and "
+                  f"{yardstick['sort_ms']:.2f} ms", highlight=False)
+    if stages:
+        table = Table("stage", "µs a step")
+        for name, spent in entry["profile"]["stages"].items():
+            table.add_row(name, f"{spent:.0f}")
+        table.add_row("whole step, watched", f"{entry['profile']['step']:.0f}")
+        table.add_row("whole step", f"{entry['profile']['step_unwatched']:.0f}")
+        table.add_row("set-up, once a run, ms", f"{entry['profile']['setup']:.0f}")
+        console.print(table)
 
 
 @app.command()

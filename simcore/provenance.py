@@ -8,9 +8,9 @@ from pathlib import Path
 PACKAGE = Path(__file__).parent
 PRESENTATION = (
     "report", "viewer", "export", "pressure_scale.py", "cli.py", "limits", "validation",
-    "certificate.py",
+    "certificate.py", "bench",
 )
-"""Parts of the package that show or judge results and do not decide them."""
+"""Parts of the package that show, judge or time results and do not decide them."""
 
 VERSIONED = ("simcore", "numpy", "scipy", "pin", "numba", "xarray", "netCDF4", "anny")
 

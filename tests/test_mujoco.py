@@ -7,8 +7,8 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from mujoco_body import MujocoBody, mujoco_body
 
+from benchmarks.peers.mujoco_body import MujocoBody, mujoco_body
 from simcore.body import build_body
 from simcore.body.skeleton import segment_placements, segment_velocities
 from simcore.config import BodyDesign, read_design

@@ -1,6 +1,5 @@
-"""How fast the engine is on this machine, by phase of the motion."""
+"""Whole runs of the shipped designs, by phase of the motion."""
 
-import platform
 import time as clock
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -8,8 +7,9 @@ from statistics import median
 
 import numpy as np
 
-from simcore.config import load_study
-from simcore.provenance import simulation_digest, versions
+from simcore.config import Candidate, Design, load_study
+from simcore.config.paths import set_value
+from simcore.recorder import Trajectory
 from simcore.scene import Scene, build_scene
 from simcore.simulate import simulate
 
@@ -21,8 +21,6 @@ CASES = {
     ),
 }
 """Study and place in it of each case: the shipped ones, at paper size."""
-
-CALIBRATION_SIZE, CALIBRATION_ROUNDS = 400, 5
 
 
 @dataclass(frozen=True)
@@ -37,8 +35,6 @@ class Benchmark:
         Least and greatest of the repeats.
     phases : dict
         Real-time factor by phase: settle, each keyframe interval, hold.
-    calibration_ms : float
-        A fixed matrix product timed in the same run, by which machines can be compared.
     """
 
     case: str
@@ -52,23 +48,38 @@ class Benchmark:
     degrees_of_freedom: int
     integrator: str
     time_step: float
-    calibration_ms: float
-    machine: str
-    versions: str
-    source_digest: str
 
     def as_dict(self) -> dict:
         """Return all values for JSON."""
         return asdict(self)
 
 
-def bench_case(case: str, repeats: int) -> Benchmark:
-    """Time a whole run of the 70 kg man at paper size: settling, every move, and the hold."""
+def case_scene(case: str, changes: dict | None = None) -> Scene:
+    """Return the scene of a case, with values replaced by the full path of their keys."""
+    candidate, root = _candidate(case)
+    return build_scene(case_design(case, changes), candidate.coordinates["body"], root)
+
+
+def case_design(case: str, changes: dict | None = None) -> Design:
+    """Return the design of a case, likewise."""
+    candidate, _ = _candidate(case)
+    tree = candidate.design.model_dump()
+    for key, value in (changes or {}).items():
+        set_value(tree, key, value)
+    return Design.model_validate(tree)
+
+
+def _candidate(case: str) -> tuple[Candidate, Path]:
     path, point = CASES[case]
     study = load_study(Path(path), point)
     (candidate,) = study.candidates
-    scene = build_scene(candidate.design, candidate.coordinates["body"], study.root)
-    _timed_phases(scene)  # compiles, or loads what was compiled
+    return candidate, study.root
+
+
+def bench_case(case: str, repeats: int) -> Benchmark:
+    """Time a whole run of the 70 kg man at paper size: settling, every move, and the hold."""
+    scene = case_scene(case)
+    simulate(scene)  # compiles, or loads what was compiled
     runs = [_timed_phases(scene) for _ in range(repeats)]
     simulated = runs[0]["whole"][0]
     factors = [run["whole"][0] / run["whole"][1] for run in runs]
@@ -88,11 +99,18 @@ def bench_case(case: str, repeats: int) -> Benchmark:
         degrees_of_freedom=scene.body.model.nv,
         integrator=scene.method.integrator,
         time_step=scene.method.time_step_s,
-        calibration_ms=_calibration(),
-        machine=f"{platform.machine()}, {platform.system()}, Python {platform.python_version()}",
-        versions=versions(),
-        source_digest=simulation_digest(),
     )
+
+
+def steady_run(scene: Scene) -> tuple[Trajectory, float, float]:
+    """Return a run, and its simulated and CPU time [s] from the first recorded frame to the last.
+
+    What is set up before the first step is left out, so that short runs can be compared.
+    """
+    stamps = []
+    trajectory = simulate(scene, lambda time: stamps.append((time, clock.process_time())))
+    simulated, spent = np.subtract(stamps[-1], stamps[0])
+    return trajectory, float(simulated), float(spent)
 
 
 def _timed_phases(scene: Scene) -> dict[str, tuple[float, float]]:
@@ -113,13 +131,3 @@ def _timed_phases(scene: Scene) -> dict[str, tuple[float, float]]:
     }
     return phases | {"whole": (float(simulated[-1]), float(spent[-1] - spent[0]))}
 
-
-def _calibration() -> float:
-    """Return the least time of a fixed matrix product [ms]."""
-    matrix = np.random.default_rng(0).standard_normal((CALIBRATION_SIZE, CALIBRATION_SIZE))
-    times = []
-    for _ in range(CALIBRATION_ROUNDS):
-        begin = clock.perf_counter()
-        matrix @ matrix
-        times.append(clock.perf_counter() - begin)
-    return 1e3 * min(times)

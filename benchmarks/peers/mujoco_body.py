@@ -47,8 +47,8 @@ class MujocoBody:
     def data_at(self, q: np.ndarray, v: np.ndarray) -> mujoco.MjData:
         """Return new data in the state q (60,), v (47,); nothing else is computed yet."""
         data = mujoco.MjData(self.model)
-        data.qpos = q[self.q_order]
-        data.qvel = v[self.v_order]
+        data.qpos[: len(q)] = q[self.q_order]
+        data.qvel[: len(v)] = v[self.v_order]
         return data
 
     def state_of(self, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:
@@ -63,9 +63,15 @@ class MujocoBody:
 
 def mujoco_body(model: pin.Model) -> MujocoBody:
     """Return the body of `model` for MuJoCo; tree, kinds and axes come from SEGMENTS."""
+    spec, _ = body_spec(model)
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
+    return compiled_body(spec, model)
+
+
+def body_spec(model: pin.Model) -> tuple[mujoco.MjSpec, list[mujoco.MjsBody]]:
+    """Return the body of `model` before it is compiled, and its bodies in the order of SEGMENTS."""
     spec = mujoco.MjSpec()
     spec.option.gravity = (0, 0, -GRAVITY)
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
     bodies = []
     for index, segment in enumerate(SEGMENTS):
         parent = spec.worldbody if PARENTS[index] < 0 else bodies[PARENTS[index]]
@@ -80,6 +86,11 @@ def mujoco_body(model: pin.Model) -> MujocoBody:
             axis=HINGE_AXES.get(segment.joint, (0, 0, 1)),
         )
         bodies.append(body)
+    return spec, bodies
+
+
+def compiled_body(spec: mujoco.MjSpec, model: pin.Model) -> MujocoBody:
+    """Compile what `body_spec` returned; whatever was added to it comes after the body."""
     compiled = spec.compile()
     ids = np.array([compiled.body(segment.name).id for segment in SEGMENTS])
     return MujocoBody(compiled, *_orders(model, compiled), ids)
@@ -87,7 +98,7 @@ def mujoco_body(model: pin.Model) -> MujocoBody:
 
 def _orders(model: pin.Model, compiled: mujoco.MjModel) -> tuple[np.ndarray, np.ndarray]:
     """Return q_order and v_order, joint by joint."""
-    q_order, v_order = np.zeros(compiled.nq, int), np.zeros(compiled.nv, int)
+    q_order, v_order = np.zeros(model.nq, int), np.zeros(model.nv, int)
     for index, segment in enumerate(SEGMENTS):
         ours, theirs = model.joints[index + 1], compiled.joint(segment.name)
         places = np.arange(ours.nq)

@@ -1,0 +1,1 @@
+"""Benchmarks of the engine, beside peers, and by size: `make bench`."""

@@ -1,0 +1,1 @@
+"""The same body and device in another engine: `python -m benchmarks.peers`."""
