@@ -8,7 +8,12 @@ from simcore.body.segments import PARENTS, SEGMENTS
 from simcore.body.skin_listed import torque_of_wrenches, wrench_listed
 from simcore.contact.self_contact import add_self_contact, overlaps
 from simcore.device.motion import DeviceState
-from simcore.dynamics.impedance import add_pair_impedance, add_point_impedance, project_blocks
+from simcore.dynamics.impedance import (
+    PACKED,
+    add_pair_impedance,
+    add_point_impedance,
+    project_blocks,
+)
 from simcore.dynamics.pinocchio_views import view_segments
 from simcore.joint_torque import JointTorque
 from simcore.scene import Scene
@@ -51,7 +56,7 @@ class Interaction:
         self._total_wrench = np.zeros_like(self.segment_wrench)
         self._impedance = np.zeros((self.model.nv, self.model.nv))
         self._late_support = np.zeros(3)
-        self._blocks = np.zeros((len(SEGMENTS), len(SEGMENTS), 6, 6))
+        self._blocks = np.zeros((len(SEGMENTS), len(SEGMENTS), PACKED))
         self._parts = self._own_parts(scene) if scene.method.self_contact else None
         self.contact = contact_with_device(scene)
 

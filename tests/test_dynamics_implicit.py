@@ -6,7 +6,12 @@ import pytest
 from sling_scenes import shipped_body
 
 from simcore.body.segments import PARENTS, SEGMENTS
-from simcore.dynamics.impedance import add_pair_impedance, add_point_impedance, project_blocks
+from simcore.dynamics.impedance import (
+    PACKED,
+    add_pair_impedance,
+    add_point_impedance,
+    project_blocks,
+)
 from simcore.dynamics.implicit import IMPLICITNESS, implicit_step
 from simcore.dynamics.pinocchio_views import view_segments
 
@@ -52,7 +57,7 @@ def test_impedances_are_those_of_the_points_jacobians(body, seed):
     points, normals = rng.uniform(-1, 1, (count, 3)), rng.normal(size=(count, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     along, across = rng.uniform(0, 3, (2, count))
-    blocks, matrix = np.zeros((m, m, 6, 6)), np.zeros((model.nv, model.nv))
+    blocks, matrix = np.zeros((m, m, PACKED)), np.zeros((model.nv, model.nv))
     add_point_impedance(
         np.arange(count), 2 * np.arange(count + 1), segments.ravel(), weights.ravel(), points,
         normals, along, across, blocks,
@@ -83,7 +88,7 @@ def test_impedance_of_a_pair_is_that_of_their_relative_motion(body):
     points, normals = rng.uniform(-1, 1, (3, 3)), rng.normal(size=(3, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     along = np.array([2.0, 0.0, 0.7])
-    blocks, matrix = np.zeros((m, m, 6, 6)), np.zeros((model.nv, model.nv))
+    blocks, matrix = np.zeros((m, m, PACKED)), np.zeros((model.nv, model.nv))
     add_pair_impedance(pairs, points, normals, along, blocks)
     project_blocks(blocks, view.jacobian, *tree(model), matrix)
     expected = np.zeros_like(matrix)

@@ -4,6 +4,9 @@ import numpy as np
 
 from simcore.compiled import compiled
 
+PACKED = 21
+"""Entries of the upper triangle of a symmetric 6 × 6 matrix, row by row."""
+
 
 @compiled
 def add_point_impedance(
@@ -28,41 +31,36 @@ def add_point_impedance(
         x [m] and n, world axes.
     along, across : (n,) float64
         a_n and a_t [kg].
-    blocks : (m, m, 6, 6) float64
-        Linear, then angular; added to.
+    blocks : (m, m, 21) float64
+        B_jl for j ≤ l, linear then angular, packed; added to. Each is symmetric, and B_lj = B_jl.
     """
-    z = np.empty((3, 3))
-    zg = np.empty((3, 3))  # Z (−[x]×)
-    block = np.empty((6, 6))
+    block = np.empty(PACKED)
     for i in listed:
         a, t = along[i], across[i]
         if a == 0.0 and t == 0.0:
             continue
-        x0, x1, x2 = points[i, 0], points[i, 1], points[i, 2]
-        for r in range(3):
-            for c in range(3):
-                z[r, c] = (a - t) * normals[i, r] * normals[i, c]
-            z[r, r] += t
-        for r in range(3):
-            # −[x]× has the columns (0, −x₂, x₁), (x₂, 0, −x₀), (−x₁, x₀, 0).
-            zg[r, 0] = -z[r, 1] * x2 + z[r, 2] * x1
-            zg[r, 1] = z[r, 0] * x2 - z[r, 2] * x0
-            zg[r, 2] = -z[r, 0] * x1 + z[r, 1] * x0
-        for c in range(3):
-            for r in range(3):
-                block[r, c] = z[r, c]
-                block[r, 3 + c] = zg[r, c]
-                block[3 + c, r] = zg[r, c]
-            block[3, 3 + c] = -x2 * zg[1, c] + x1 * zg[2, c]
-            block[4, 3 + c] = x2 * zg[0, c] - x0 * zg[2, c]
-            block[5, 3 + c] = -x1 * zg[0, c] + x0 * zg[1, c]
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        n0, n1, n2 = normals[i, 0], normals[i, 1], normals[i, 2]
+        d = a - t
+        z00, z01, z02 = d * n0 * n0 + t, d * n0 * n1, d * n0 * n2
+        z11, z12, z22 = d * n1 * n1 + t, d * n1 * n2, d * n2 * n2 + t
+        # W = Z (−[x]×), whose columns are those of Z turned about the axes.
+        w00, w01, w02 = z02 * y - z01 * z, z00 * z - z02 * x, z01 * x - z00 * y
+        w10, w11, w12 = z12 * y - z11 * z, z01 * z - z12 * x, z11 * x - z01 * y
+        w20, w21, w22 = z22 * y - z12 * z, z02 * z - z22 * x, z12 * x - z02 * y
+        block[0], block[1], block[2], block[3], block[4], block[5] = z00, z01, z02, w00, w01, w02
+        block[6], block[7], block[8], block[9], block[10] = z11, z12, w10, w11, w12
+        block[11], block[12], block[13], block[14] = z22, w20, w21, w22
+        # [x]× W: the angular part, symmetric.
+        block[15], block[16], block[17] = y * w20 - z * w10, y * w21 - z * w11, y * w22 - z * w12
+        block[18], block[19] = z * w01 - x * w21, z * w02 - x * w22
+        block[20] = x * w12 - y * w02
         for e in range(offsets[i], offsets[i + 1]):
-            for f in range(offsets[i], offsets[i + 1]):
+            for f in range(e, offsets[i + 1]):
                 share = weights[e] * weights[f]
-                j, k = segments[e], segments[f]
-                for r in range(6):
-                    for c in range(6):
-                        blocks[j, k, r, c] += share * block[r, c]
+                j, k = min(segments[e], segments[f]), max(segments[e], segments[f])
+                for c in range(PACKED):
+                    blocks[j, k, c] += share * block[c]
 
 
 @compiled
@@ -77,8 +75,8 @@ def add_pair_impedance(pairs, points, normals, along, blocks):
         Where they touch [m], and the direction of the force; world.
     along : (p,) float64
         a_n [kg].
-    blocks : (m, m, 6, 6) float64
-        Added to.
+    blocks : (m, m, 21) float64
+        As for `add_point_impedance`; added to.
     """
     row = np.empty(6)
     for e in range(pairs.shape[0]):
@@ -89,19 +87,34 @@ def add_pair_impedance(pairs, points, normals, along, blocks):
         row[3] = x[1] * n[2] - x[2] * n[1]
         row[4] = x[2] * n[0] - x[0] * n[2]
         row[5] = x[0] * n[1] - x[1] * n[0]
-        i, j = pairs[e, 0], pairs[e, 1]
+        j, k = min(pairs[e, 0], pairs[e, 1]), max(pairs[e, 0], pairs[e, 1])
+        c = 0
         for r in range(6):
-            for c in range(6):
-                value = along[e] * row[r] * row[c]
-                blocks[i, i, r, c] += value
-                blocks[j, j, r, c] += value
-                blocks[i, j, r, c] -= value
-                blocks[j, i, r, c] -= value
+            for s in range(r, 6):
+                value = along[e] * row[r] * row[s]
+                blocks[j, j, c] += value
+                blocks[k, k, c] += value
+                blocks[j, k, c] -= value
+                c += 1
 
 
 @compiled
-def project_blocks(blocks, jacobian, parents, first_dof, dof_count, matrix):
-    """Add Σ_jl J_jᵀ B_jl J_l to a matrix (nv, nv); the blocks are overwritten.
+def _unpack(packed, blocks):
+    """Write blocks (m, m, 6, 6) in full."""
+    for j in range(packed.shape[0]):
+        for k in range(j, packed.shape[0]):
+            c = 0
+            for r in range(6):
+                for s in range(r, 6):
+                    value = packed[j, k, c]
+                    blocks[j, k, r, s] = blocks[j, k, s, r] = value
+                    blocks[k, j, r, s] = blocks[k, j, s, r] = value
+                    c += 1
+
+
+@compiled
+def project_blocks(packed, jacobian, parents, first_dof, dof_count, matrix):
+    """Add Σ_jl J_jᵀ B_jl J_l to a matrix (nv, nv).
 
     The twist of segment j about the world origin is the sum of the columns of all joints on the way
     to it, so that the entry of two joints is their columns around the sum of B over the subtrees
@@ -109,8 +122,8 @@ def project_blocks(blocks, jacobian, parents, first_dof, dof_count, matrix):
 
     Parameters
     ----------
-    blocks : (m, m, 6, 6) float64
-        Symmetric as a whole.
+    packed : (m, m, 21) float64
+        B_jl, as `add_point_impedance` leaves them.
     jacobian : (6, nv) float64
         Joint motions in world axes about the world origin.
     parents, first_dof, dof_count : (m,) int64
@@ -118,6 +131,8 @@ def project_blocks(blocks, jacobian, parents, first_dof, dof_count, matrix):
     matrix : (nv, nv) float64
     """
     count = parents.size
+    blocks = np.empty((count, count, 6, 6))
+    _unpack(packed, blocks)
     for j in range(count - 1, 0, -1):
         p = parents[j]
         for k in range(count):
