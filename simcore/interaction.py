@@ -83,20 +83,28 @@ class Interaction:
         centre = pin.centerOfMass(self.model, self.data, q, False)
         return (moved.rotation.T @ (centre - moved.position))[None]
 
-    def add_skin_forces(self, total: np.ndarray) -> None:
-        """Add the present normal force on each skin vertex (n,) [N]."""
-        listed = self.contact.listed
-        total[listed] += self.contact.normal_force[listed]
+    def add_skin_forces(self, normal: np.ndarray, tangential: np.ndarray) -> float:
+        """Add the present forces on each skin vertex (n,), (n, 3) as `SkinContact` does [N]."""
+        return self.contact.add_skin_forces(normal, tangential)
 
-    def add_forces_through_mat(self, point_force: np.ndarray, total: np.ndarray) -> None:
-        """Add the normal force on each skin vertex (n,) that comes through points of the mat (N,).
+    def add_support_forces(self, normal: np.ndarray, tangential: np.ndarray) -> float:
+        """Add the present normal force on each point of `Scene.mat_points` (N,) [N].
 
-        A rigid device has none but those of `add_skin_forces` [N].
+        And, where it reaches the skin through the mat, the tangential one (N, 3), world axes;
+        return the normal force of what of that slips. With a rigid device, all forces on the skin
+        are those of `add_skin_forces`.
         """
+        self.contact.add_support_forces(normal)
+        return 0.0
 
-    def add_support_forces(self, total: np.ndarray) -> None:
-        """Add the present normal force on each point of `Scene.mat_points` (N,) [N]."""
-        self.contact.add_support_forces(total)
+    def add_forces_through_mat(
+        self, point_normal: np.ndarray, point_tangential: np.ndarray, normal: np.ndarray,
+        tangential: np.ndarray,
+    ) -> None:
+        """Add to forces on the skin (n,), (n, 3) those that reach it through the mat [N].
+
+        The mat's (N,), (N, 3) are sums of what `add_support_forces` gave.
+        """
 
     def sheet_frame(self) -> dict[str, np.ndarray]:
         """Return what a recorder keeps of the sheet, by name; here there is none."""

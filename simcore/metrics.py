@@ -7,10 +7,9 @@ import pinocchio as pin
 
 from simcore.body.build import posed_skin
 from simcore.body.segments import SEGMENTS
-from simcore.body.skin import vertex_normals
 from simcore.joint_metrics import joint_range_margin, lifting_speed, neck_moment
-from simcore.pressure import SensorCells
-from simcore.recorder import FALL_DISPLACEMENT, Trajectory
+from simcore.recorder import FALL_DISPLACEMENT, Trajectory, sensor_cells
+from simcore.region_metrics import load_at_rest, peaks, slip_share
 from simcore.scene import Scene
 from simcore.sheet.outline import distance_to_sides
 
@@ -22,11 +21,6 @@ SPREAD_WINDOW = 1.0
 
 LYING_WINDOW = 0.2
 """Length of the last part of the settling, likewise [s]."""
-
-# ASSUME: 10 mmHg, twice what pressure mats begin to read at. At less, cells count that cloth hardly
-# touches, and their number goes with the mesh (docs/validation.md).
-CONTACT_PRESSURE = 1333.0
-"""Cells that read more than this carry load [Pa]."""
 
 JOINTS = tuple(segment.anatomy for segment in SEGMENTS[1:])
 """Names of the joints below the root, in the order of their segments."""
@@ -50,7 +44,15 @@ METRICS = {
     "peak_pressure": Metric("Pa", "highest pressure over a sensor cell while supported"),
     "lying_peak_pressure": Metric("Pa", "highest pressure at rest before the device moves"),
     "region_peak_pressure": Metric("Pa", "highest pressure over a sensor cell", per="region"),
+    "peak_shear": Metric("Pa", "highest shear over a sensor cell while supported"),
+    "region_peak_shear": Metric("Pa", "highest shear over a sensor cell", per="region"),
     "contact_area": Metric("m2", "skin area where a sensor cell reads load, at rest"),
+    "region_contact_area": Metric(
+        "m2", "skin area of the region that reads load, at rest", per="region"
+    ),
+    "region_load": Metric("N", "sum of normal forces on the region's skin, at rest", per="region"),
+    "slip_share": Metric("1", "share of the load on skin that slips, while supported"),
+    "rest_slip_share": Metric("1", "share of the load on skin that slips, at rest"),
     "support_force_ratio": Metric(
         "1", "vertical support force over weight, at rest; a sheet counts"
     ),
@@ -79,12 +81,7 @@ STATUS = {
 
 def skin_pressure(scene: Scene, trajectory: Trajectory) -> np.ndarray:
     """Return the cell pressure on the skin, (T, n) [Pa]: Eq. P1."""
-    skin = scene.body.skin
-    rest = posed_skin(scene.body, scene.body.rest_configuration)
-    cells = SensorCells(
-        rest, vertex_normals(skin, rest), skin.vertex_area, scene.method.sensor_pitch_m
-    )
-    return cells.pressure(trajectory.normal_force)
+    return sensor_cells(scene).pressure(trajectory.normal_force)
 
 
 def compute_metrics(scene: Scene, trajectory: Trajectory, pressure: np.ndarray) -> dict:
@@ -107,9 +104,6 @@ def compute_metrics(scene: Scene, trajectory: Trajectory, pressure: np.ndarray) 
     rest = slice(np.searchsorted(time, time[end] - REST_WINDOW), end + 1)
     rests = not fell and trajectory.status == "ok"
 
-    vertex_peak = pressure[supported].max(axis=0)
-    regions = body.vertex_region
-    loaded = pressure[rest] > CONTACT_PRESSURE
     lying = slice(*np.searchsorted(time, (-LYING_WINDOW, 0)))
     upward = trajectory.support_force[:, 2] / scene.weight
     second = slice(np.searchsorted(time, time[end] - SPREAD_WINDOW), end + 1)
@@ -119,15 +113,12 @@ def compute_metrics(scene: Scene, trajectory: Trajectory, pressure: np.ndarray) 
         "fall_margin": _fall_margin(scene, trajectory, float(time[end]), fell),
         "topple_margin": _topple_margin(scene, trajectory, supported),
         "slide_distance": _slide_distance(scene, trajectory, supported),
-        "peak_pressure": float(vertex_peak.max()),
+        **peaks(body, pressure[supported], "pressure"),
+        **peaks(body, trajectory.shear[supported], "shear"),
         "lying_peak_pressure": float(pressure[lying].max(initial=0.0)),
-        "region_peak_pressure": np.array(
-            [
-                vertex_peak[regions == region].max(initial=0.0)
-                for region in range(len(body.region_names))
-            ]
-        ),
-        "contact_area": float((loaded @ body.skin.vertex_area).mean()) if rests else np.nan,
+        **load_at_rest(body, pressure[rest], trajectory.normal_force[rest], rests),
+        "slip_share": slip_share(trajectory, supported),
+        "rest_slip_share": slip_share(trajectory, rest) if rests else np.nan,
         "support_force_ratio": float(upward[rest].mean()) if rests else np.nan,
         "support_force_spread": float(upward[second].std()) if rests else np.nan,
         "peak_edge_distance": _peak_edge_distance(scene, trajectory, pressure, rest),

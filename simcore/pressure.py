@@ -1,4 +1,4 @@
-"""Pressure as a tactile sensor reads it: force over area, averaged over cells."""
+"""Pressure and shear as a tactile sensor reads them: force over area, averaged over cells."""
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -44,6 +44,13 @@ class SensorCells:
     def pressure(self, normal_force: np.ndarray) -> np.ndarray:
         """Return pressure [Pa] of normal forces [N]; (n,) or (T, n)."""
         return (self._operator @ np.asarray(normal_force, dtype=float).T).T
+
+    def shear(self, tangential_force: np.ndarray) -> np.ndarray:
+        """Return the size (n,) [Pa] of tangential forces (n, 3) [N], averaged as vectors: Eq. P3.
+
+        Skin that is pulled both ways within a cell is not sheared as a whole.
+        """
+        return np.linalg.norm(self._operator @ tangential_force, axis=1)
 
 
 class SensorMat:

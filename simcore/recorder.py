@@ -4,9 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simcore.body.build import posed_skin
+from simcore.body.skin import vertex_normals
 from simcore.device.motion import DeviceState
 from simcore.interaction import Interaction
-from simcore.pressure import SensorMat
+from simcore.pressure import SensorCells, SensorMat
 from simcore.scene import Scene
 
 FALL_DISPLACEMENT = 0.15
@@ -40,6 +42,11 @@ class Trajectory:
         Contact force on each segment, world axes [N].
     normal_force : (T, n) float32
         Normal contact force on each skin vertex [N].
+    shear : (T, n) float32
+        Tangential force per area of skin, over the sensor cell around each vertex (Eq. P3) [Pa].
+        The forces themselves would be three times as much to keep.
+    slip_force : (T,) float64
+        Normal force on skin whose friction has reached µN [N]; NaN with friction that knows no µ.
     mat_pressure : (T, rows, columns) float32
         Reading of the sensor mat on what carries the body [Pa].
     mat_x, mat_y : (rows,), (columns,) float64
@@ -69,6 +76,8 @@ class Trajectory:
     segment_force: np.ndarray
     support_force: np.ndarray
     normal_force: np.ndarray
+    shear: np.ndarray
+    slip_force: np.ndarray
     mat_pressure: np.ndarray
     mat_x: np.ndarray
     mat_y: np.ndarray
@@ -80,6 +89,15 @@ class Trajectory:
     cpu_time: float
     status: str
     reason: str
+
+
+def sensor_cells(scene: Scene) -> SensorCells:
+    """Return the cells of a scene's skin."""
+    skin = scene.body.skin
+    rest = posed_skin(scene.body, scene.body.rest_configuration)
+    return SensorCells(
+        rest, vertex_normals(skin, rest), skin.vertex_area, scene.method.sensor_pitch_m
+    )
 
 
 class Recorder:
@@ -102,8 +120,13 @@ class Recorder:
         self._depth_max = 0.0
         self._segment_force = np.zeros_like(interaction.segment_wrench[:, :3])
         self._support_force = np.zeros(3)
-        self._normal_force = np.zeros(scene.body.skin.vertex_count)
-        self._point_force = np.zeros(len(scene.mat_points))
+        skin_count, point_count = scene.body.skin.vertex_count, len(scene.mat_points)
+        self._normal_force = np.zeros(skin_count)
+        self._tangential_force = np.zeros((skin_count, 3))
+        self._slip_force = 0.0
+        self._point_force = np.zeros(point_count)
+        self._point_tangential_force = np.zeros((point_count, 3))
+        self._cells = sensor_cells(scene)
         self._mat = SensorMat(scene.mat_points, scene.mat_tile, scene.method.sensor_pitch_m)
         self._start = None
         self.fall_time = np.inf
@@ -116,8 +139,10 @@ class Recorder:
     def observe(self, time: float, q: np.ndarray, v: np.ndarray, moved: DeviceState) -> bool:
         """Take note of the interaction as last evaluated; return whether a frame is complete."""
         now = self._interaction
-        now.add_skin_forces(self._normal_force)
-        now.add_support_forces(self._point_force)
+        self._slip_force += now.add_skin_forces(self._normal_force, self._tangential_force)
+        self._slip_force += now.add_support_forces(
+            self._point_force, self._point_tangential_force
+        )
         self._support_force += now.support_force
         self._segment_force += now.segment_wrench[:, :3]
         self._depth_max = max(self._depth_max, now.depth_max)
@@ -126,7 +151,10 @@ class Recorder:
         if (self._observed - 1) % self._steps_per_frame:
             return False
 
-        now.add_forces_through_mat(self._point_force, self._normal_force)
+        now.add_forces_through_mat(
+            self._point_force, self._point_tangential_force, self._normal_force,
+            self._tangential_force,
+        )
         place = now.place(q, moved)
         if self._start is None:
             self._start = place
@@ -143,6 +171,10 @@ class Recorder:
                 "displacement": displacement,
                 "segment_force": self._segment_force / self._in_frame,
                 "normal_force": (self._normal_force / self._in_frame).astype(np.float32),
+                "shear": self._cells.shear(self._tangential_force / self._in_frame).astype(
+                    np.float32
+                ),
+                "slip_force": self._slip_force / self._in_frame,
                 "support_force": self._support_force / self._in_frame,
                 "mat_pressure": self._mat.pressure(self._point_force / self._in_frame).astype(
                     np.float32
@@ -152,11 +184,12 @@ class Recorder:
                 "depth_max": self._depth_max,
             }
         )
-        self._segment_force[:] = 0
-        self._normal_force[:] = 0
-        self._support_force[:] = 0
-        self._point_force[:] = 0
-        self._depth_max = 0.0
+        for total in (
+            self._segment_force, self._normal_force, self._tangential_force, self._support_force,
+            self._point_force, self._point_tangential_force,
+        ):
+            total[:] = 0
+        self._slip_force = self._depth_max = 0.0
         self._in_frame = 0
         return True
 

@@ -18,6 +18,7 @@ from simcore.contact.foundation import foundation_forces
 from simcore.contact.near_solid import NearSolid
 from simcore.contact.neighbours import Neighbours
 from simcore.contact.penalty import penalty_forces
+from simcore.contact.tangential import add_parts
 from simcore.device.motion import DeviceState
 from simcore.dynamics.pinocchio_views import SegmentViews
 from simcore.scene import Scene
@@ -55,12 +56,21 @@ class SkinContact(Protocol):
     def evaluate(self, segments: SegmentViews, device: DeviceState, lag: float) -> None:
         """Write the forces for the present poses, and the impedances if there is a lag [s]."""
 
+    def add_skin_forces(self, normal: np.ndarray, tangential: np.ndarray) -> float:
+        """Add both parts of the force on each skin vertex (n,) and (n, 3), world axes [N].
+
+        Returns the normal force of what slips [N]; NaN with friction that knows no µ.
+        """
+
     def add_support_forces(self, total: np.ndarray) -> None:
         """Add the present normal force on each point of `Scene.mat_points` (N,) [N]."""
 
 
 class _OnSkin:
     """The arrays of a `SkinContact`."""
+
+    _friction = -1.0
+    """µ; negative: none."""
 
     def __init__(self, scene: Scene):
         skin = scene.body.skin
@@ -73,6 +83,13 @@ class _OnSkin:
         self.points, self.force, self.normals, self._velocities = np.zeros((4, count, 3))
         self.normal_force, self.along, self.across = np.zeros((3, count))
         self.contact_count, self.depth_max, self.deepest = 0, 0.0, -1
+
+    def add_skin_forces(self, normal: np.ndarray, tangential: np.ndarray) -> float:
+        """Implement `SkinContact.add_skin_forces`."""
+        return add_parts(
+            self.listed, self.force, self.normal_force, self.normals, self._friction, normal,
+            tangential,
+        )
 
     def _pose(self, segments: SegmentViews):
         return lambda indices: blend_listed(
@@ -118,7 +135,7 @@ class PointContact(_OnSkin):
             neighbours.rows, neighbours.offsets, neighbours.candidates, neighbours.listed,
             self.points, self._velocities, *self._rings, self._device_vertices,
             device.rotation, device.position, device.linear_velocity, device.angular_velocity,
-            *self._law, self.force, self.normal_force, self._point_force,
+            *self._law, self.force, self.normal_force, self.normals, self._point_force,
         )
 
     def add_support_forces(self, total: np.ndarray) -> None:
@@ -142,6 +159,7 @@ class FoundationContact(_OnSkin):
             skin.vertex_area, scene.flesh.modulus, scene.flesh.thickness,
             law.tissue == "stiffening", law.damping_time_s, law.friction_coefficient,
         )
+        self._friction = law.friction_coefficient
         self._anchor = np.zeros((body.skin.vertex_count, 3))
         self._closed = np.zeros(body.skin.vertex_count, bool)
         self._mat = cKDTree(scene.surface.contact_points)
@@ -190,6 +208,7 @@ class MattressContact(_OnSkin):
             scene.body.skin.vertex_area, bed.pressure_stiffness_pa_per_m, bed.damping_time_s,
             bed.friction_coefficient, bed.slip_speed_m_per_s,
         )
+        self._friction = bed.friction_coefficient
         self.normals[:, 2] = 1.0
 
     def look(self, skin: np.ndarray, margin: float) -> None:

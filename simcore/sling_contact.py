@@ -7,6 +7,7 @@ from simcore.compiled import compiled
 from simcore.config.designs import SheetPenalty
 from simcore.contact import tracking
 from simcore.contact.foundation import SHEAR_SHARE, STRAIN_MAX
+from simcore.contact.tangential import add_parts
 from simcore.errors import SimulationError
 from simcore.scene import Scene, segment_of_vertex
 from simcore.sheet.contact import ContactForce, PlaneContact
@@ -32,8 +33,6 @@ class SheetOnSkin:
     ----------
     planes : PlaneContact
         What the skin is to the sheet.
-    normal_force : (m,) float64
-        Of the skin on each sheet vertex, mean over the last step [N].
     contact_count : int
         Sheet vertices that were pressed in the last step.
     depth_max, deepest : float, int
@@ -71,7 +70,8 @@ class SheetOnSkin:
             self._flesh = (
                 scene.flesh.modulus, contact.tissue == "stiffening", contact.damping_time_s
             )
-        self.normal_force = np.zeros(len(net.mass))
+        self._of_skin = ContactForce(np.zeros((len(net.mass), 3)), np.zeros(len(net.mass)))
+        self._all = np.arange(len(net.mass))
         self.contact_count, self.depth_max, self.deepest = 0, 0.0, -1
         self.touched = np.empty(0, np.int64)
         self.skin_force = np.zeros((skin.vertex_count, 3))
@@ -147,25 +147,40 @@ class SheetOnSkin:
                 f" {time:.2f} s after the start of settling, with its point ({x:.2f}, {y:.2f}) m",
             )
 
+    def add_sheet_forces(self, normal: np.ndarray, tangential: np.ndarray) -> float:
+        """Add what the skin did to sheet vertices (m,), (m, 3), mean over the last step [N].
+
+        Returns the normal force of those that slip; NaN with friction that knows no µ.
+        """
+        return add_parts(
+            self._all, self._of_skin.force, self._of_skin.normal_force, self.planes.normal,
+            self.planes.friction_coefficient, normal, tangential,
+        )
+
     def spread(
-        self, on_sheet: np.ndarray, sheet: np.ndarray, skin: np.ndarray, total: np.ndarray
+        self, on_sheet: np.ndarray, along_sheet: np.ndarray, sheet: np.ndarray, skin: np.ndarray,
+        normal: np.ndarray, tangential: np.ndarray,
     ) -> None:
-        """Add forces on sheet vertices (m,) to the skin vertices (n,) under their tiles [N].
+        """Give forces on sheet vertices back to the skin vertices under their tiles.
 
         Parameters
         ----------
+        on_sheet : (m,), along_sheet : (m, 3) float64
+            Normal and tangential force [N].
         sheet : (m, 3), skin : (n, 3) float64
             Positions [m].
+        normal : (n,), tangential : (n, 3) float64
+            Have the former and the opposite of the latter added.
         """
         _spread(
-            on_sheet, sheet, skin, self._tracker.vertex, self._tracker.normal, self._tile,
-            *self._rings, self._vertex_area, total,
+            on_sheet, along_sheet, sheet, skin, self._tracker.vertex, self._tracker.normal,
+            self._tile, *self._rings, self._vertex_area, normal, tangential,
         )
 
     def press(self, of_skin: ContactForce) -> None:
         """Take note of what the skin did to the sheet; the opposite acts on the skin."""
-        self.normal_force = of_skin.normal_force
-        self.contact_count = int(np.count_nonzero(self.normal_force))
+        self._of_skin = of_skin
+        self.contact_count = int(np.count_nonzero(of_skin.normal_force))
         point = int(self._tracker.gap.argmin())
         self.depth_max = -float(self._tracker.gap[point])
         self.deepest = int(self._tracker.vertex[point])
@@ -281,7 +296,8 @@ def _react(
 
 @compiled
 def _spread(
-    on_sheet, sheet, skin, vertex, normal, radius, ring_offsets, ring_next, area, total
+    on_sheet, along_sheet, sheet, skin, vertex, normal, radius, ring_offsets, ring_next, area,
+    total, tangential,
 ):
     """Share each force among the vertices of two rings, by area and a cone of the tile's size.
 
@@ -316,10 +332,13 @@ def _spread(
             weight[k] = area[near[k]] * max(1.0 - beside / radius, 0.0)
             sum_of += weight[k]
         if sum_of == 0.0:
-            total[i] += on_sheet[p]
-            continue
+            weight[0] = sum_of = 1.0
+            count = 1
         for k in range(count):
-            total[near[k]] += on_sheet[p] * weight[k] / sum_of
+            share = weight[k] / sum_of
+            total[near[k]] += on_sheet[p] * share
+            for a in range(3):
+                tangential[near[k], a] -= along_sheet[p, a] * share
 
 
 @compiled

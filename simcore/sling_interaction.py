@@ -92,13 +92,18 @@ class SlingInteraction(Interaction):
             places.append(frame.actInv(self.sheet.position[patch].mean(axis=0)))
         return np.array(places)
 
-    def add_forces_through_mat(self, point_force: np.ndarray, total: np.ndarray) -> None:
-        """Add the normal force of sheet vertices (m,) to the skin (n,) under their tiles [N]."""
-        self._on_skin.spread(point_force, self.sheet.position, self._skin, total)
+    def add_support_forces(self, normal: np.ndarray, tangential: np.ndarray) -> float:
+        """Add the force of the skin on each sheet vertex (m,), (m, 3); return what slips [N]."""
+        return self._on_skin.add_sheet_forces(normal, tangential)
 
-    def add_support_forces(self, total: np.ndarray) -> None:
-        """Add the normal force of the skin on each sheet vertex (m,) [N]."""
-        total += self._on_skin.normal_force
+    def add_forces_through_mat(
+        self, point_normal: np.ndarray, point_tangential: np.ndarray, normal: np.ndarray,
+        tangential: np.ndarray,
+    ) -> None:
+        """Add the opposite of forces on sheet vertices to the skin under their tiles [N]."""
+        self._on_skin.spread(
+            point_normal, point_tangential, self.sheet.position, self._skin, normal, tangential
+        )
 
     def sheet_frame(self) -> dict[str, np.ndarray]:
         """Return position [m] and strap forces [N] of the sheet."""

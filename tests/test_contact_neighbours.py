@@ -96,7 +96,7 @@ class Pair:
             lists.rows, lists.offsets, lists.candidates, lists.listed, self.vertices,
             np.zeros_like(skin), self.skin.ring_offsets, self.skin.ring_next, self.points,
             self.rotation, self.position, still, still, 1.0, 0.0, 0.0, 1.0, self.radius, force,
-            depth_sum, on_points,
+            depth_sum, np.zeros_like(skin), on_points,
         )
         by_vertex = np.bincount(found.skin_vertex, found.depth, len(skin))
         assert count == len(found.depth)

@@ -42,7 +42,7 @@ class Touch:
             np.arange(rows), np.arange(rows + 1) * n, np.tile(np.arange(n), rows), np.arange(n),
             self.vertices, self.velocities, skin.ring_offsets, skin.ring_next, self.points,
             self.rotation, self.position, self.linear, self.angular, *self.law, RADIUS, force,
-            normal, np.zeros(rows),
+            normal, np.zeros((n, 3)), np.zeros(rows),
         )
         return force, normal, *told
 

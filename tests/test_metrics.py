@@ -10,15 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from simcore.metrics import (
-    CONTACT_PRESSURE,
-    JOINTS,
-    METRICS,
-    compute_metrics,
-    skin_pressure,
-)
+from simcore.metrics import JOINTS, METRICS, compute_metrics, skin_pressure
 from simcore.pressure import SensorCells
 from simcore.recorder import FALL_DISPLACEMENT, Trajectory
+from simcore.region_metrics import CONTACT_PRESSURE
 
 BEGIN, RATE = -1.0, 20
 CELL_EDGE = 0.025  # [m]
@@ -47,6 +42,8 @@ def still(scene, **changes):
         "support_force": np.zeros((count, 3)), "mat_pressure": np.zeros((count, 2, 2), np.float32),
         "mat_x": np.zeros(2), "mat_y": np.zeros(2), "sheet_position": None, "strap_force": None,
         "normal_force": np.zeros((count, scene.body.skin.vertex_count), np.float32),
+        "shear": np.zeros((count, scene.body.skin.vertex_count), np.float32),
+        "slip_force": np.zeros(count),
         "contact_count": np.zeros(count, int), "depth_max": np.zeros(count),
         "settled": True, "cpu_time": 1.5, "status": "ok", "reason": "",
     }
@@ -70,8 +67,9 @@ def test_every_figure_is_there_and_finite_for_a_body_at_rest(scene):
     told = figures(scene, still(scene))
     assert set(told) == set(METRICS)
     for name, value in told.items():
-        # no fall, no sheet, no ranges of joints
-        nothing = ("fall_time", "peak_edge_distance", "peak_strap_force", "joint_range_margin")
+        # no fall, no sheet, no ranges of joints, no load
+        nothing = ("fall_time", "peak_edge_distance", "peak_strap_force", "joint_range_margin",
+                   "slip_share", "rest_slip_share")
         assert (np.isnan if name in nothing else np.isfinite)(value).all(), name
     assert told["fell"] == 0.0
     assert np.isnan(told["fall_time"])

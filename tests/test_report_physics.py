@@ -20,7 +20,7 @@ def test_physics_tells_constants_with_units_and_what_is_varied(tmp_path):
     (gains,) = [table for table in tables_of(ds) if table.title == "Joint gains"]
     assert ("hip", "1 N·m/rad", "1 N·m·s/rad") in gains.rows
     assert numbers_of(ds) == [
-        "Eq. 1", "Eq. 2", "Eq. 3", "Eqs. 8–12", "Eq. 6", "Eq. 7", "", "Eq. P1", "Eq. P2"
+        "Eq. 1", "Eq. 2", "Eq. 3", "Eqs. 8–12", "Eq. 6", "Eq. 7", "", "Eq. P1", "Eq. P3", "Eq. P2"
     ]
     assert "Runge–Kutta" in told_of(ds, "Forward dynamics")
     assert tables["Joints"] == {"passive": "none", "muscle tone": "1"}
@@ -29,7 +29,7 @@ def test_physics_tells_constants_with_units_and_what_is_varied(tmp_path):
 
 PRODUCTION_ON_LIFT = [
     "Eq. 1", "Eqs. I1, I2", "Eq. 2", "Eqs. J1–J5", "Eq. 3", "Eqs. 8–12", "Eq. 13",
-    "Eqs. D1–D3", "Eq. C1", "Eq. C2", "Eq. C1", "", "Eq. P1", "Eq. P2",
+    "Eqs. D1–D3", "Eq. C1", "Eq. C2", "Eq. C1", "", "Eq. P1", "Eq. P3", "Eq. P2",
 ]
 
 

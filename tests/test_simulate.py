@@ -125,7 +125,9 @@ def test_two_runs_are_the_same_to_the_last_bit(scene_with):
     assert first.contact_count.max() > 20
     for field in dataclasses.fields(first):
         if field.name != "cpu_time":
-            assert np.array_equal(getattr(first, field.name), getattr(second, field.name))
+            np.testing.assert_array_equal(
+                getattr(first, field.name), getattr(second, field.name), field.name
+            )
 
 
 def test_watching_does_not_change_the_run(scene_with):

@@ -85,12 +85,22 @@ def test_forces_on_skin_vertices_arrive_as_wrenches_on_segments():
     rotations = np.array([each.rotation for each in data.oMi[1:]])
     expected = wrench_on_segments(steps.scene.body.skin, rotations, force)
     assert interaction.segment_wrench == pytest.approx(expected, abs=1e-6)
-    normal = np.zeros(len(force))
-    on_sheet = solver.reactions[-1].contact.normal_force
-    interaction.add_forces_through_mat(on_sheet, normal)
-    assert normal.sum() == pytest.approx(solver.reactions[-1].contact.normal_force.sum())
+    contact = solver.reactions[-1].contact
+    on_sheet, along_sheet = np.zeros(len(contact.force)), np.zeros_like(contact.force)
+    slipping = interaction.add_support_forces(on_sheet, along_sheet)
+    friction = steps.scene.method.contact.friction_coefficient
+    assert on_sheet == pytest.approx(contact.normal_force)
+    size = np.linalg.norm(along_sheet, axis=1)
+    assert np.hypot(on_sheet, size) == pytest.approx(np.linalg.norm(contact.force, axis=1))
+    assert np.all(size <= friction * on_sheet * (1 + 1e-9))
+    assert 0 < slipping < on_sheet.sum()
+    normal, tangential = np.zeros(len(force)), np.zeros_like(force)
+    interaction.add_forces_through_mat(on_sheet, along_sheet, normal, tangential)
+    assert normal.sum() == pytest.approx(contact.normal_force.sum())
+    assert tangential.sum(axis=0) == pytest.approx(-along_sheet.sum(axis=0), abs=1e-9)
     assert np.all(normal >= 0)
     assert np.all(normal[np.linalg.norm(force, axis=1) > 0] > 0)
+    assert not tangential[normal == 0].any()
 
 
 def test_the_body_gets_the_impulse_that_the_sheet_gave():

@@ -10,7 +10,7 @@ from simcore.contact.neighbours import to_world, vertex_normal
 def penalty_forces(
     rows, offsets, candidates, listed, vertices, velocities, ring_offsets, ring_next,
     device_vertices, rotation, position, linear_velocity, angular_velocity, stiffness, damping,
-    friction_force, friction_velocity, search_radius, force, normal_force, point_force,
+    friction_force, friction_velocity, search_radius, force, normal_force, normals, point_force,
 ):
     """Write the contact force on each listed skin vertex.
 
@@ -42,6 +42,8 @@ def penalty_forces(
         On the skin, world axes [N]; overwritten where listed.
     normal_force : (n,) float64
         Its normal part, as a pressure would have it [N]; overwritten where listed.
+    normals : (n, 3) float64
+        Direction −n in which that pushes, world axes; overwritten where near a device vertex.
     point_force : (N,) float64
         The same on each device vertex [N]; overwritten where in `rows`.
 
@@ -53,7 +55,6 @@ def penalty_forces(
     deepest : int
         Skin vertex of the deepest contact, −1 without contact.
     """
-    normals = np.empty((listed.size, 3))
     slot = np.empty(vertices.shape[0], np.int32)
     known = np.zeros(listed.size, np.bool_)
     for place in range(listed.size):
@@ -81,11 +82,11 @@ def penalty_forces(
         place = slot[i]
         if not known[place]:
             nx, ny, nz = vertex_normal(vertices, i, ring_offsets, ring_next)
-            normals[place, 0] = nx
-            normals[place, 1] = ny
-            normals[place, 2] = nz
+            normals[i, 0] = -nx
+            normals[i, 1] = -ny
+            normals[i, 2] = -nz
             known[place] = True
-        nx, ny, nz = normals[place, 0], normals[place, 1], normals[place, 2]
+        nx, ny, nz = -normals[i, 0], -normals[i, 1], -normals[i, 2]
         depth = (nx * (vertices[i, 0] - px) + ny * (vertices[i, 1] - py)
                  + nz * (vertices[i, 2] - pz))
         if depth <= 0.0:

@@ -32,6 +32,7 @@ NOTES = {
     "topple_margin": "How far the upper body leans back over the hips at the least: at 0° nothing "
     "but the stiffness of the joints keeps it from tipping forward; at 90° it lies.",
     "peak_pressure": "Highest pressure over a sensor's cell of skin, until the end or the fall.",
+    "peak_shear": "Highest tangential force over the same cells, per area.",
     "peak_edge_distance": "Where the mat reads most at rest: how far from the hem of the sheet.",
     "peak_strap_force": "Greatest tension of any strap.",
 }

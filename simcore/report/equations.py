@@ -121,6 +121,7 @@ SLING_FALL = (
 
 PRESSURE_EQUATIONS = (
     ("Pressure on the skin", "Eq. P1", "force over area, averaged over the cells of a sensor"),
+    ("Shear on the skin", "Eq. P3", "the same of tangential forces, averaged as vectors"),
     ("Sensor mat", "Eq. P2", "force over area of square cells on what carries the body"),
 )
 

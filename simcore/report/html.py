@@ -24,6 +24,7 @@ from simcore.report.findings import CAVEAT, body_findings, fall_reason, headline
 from simcore.report.physics import tables_of
 from simcore.report.pictures import Gallery, take_pictures
 from simcore.report.quantities import QUANTITIES, axes_of, number_text, place_text
+from simcore.report.regions import region_table
 from simcore.report.trust import (
     ROWS_MAX,
     columns_of,
@@ -190,6 +191,7 @@ def _gallery(ds: xr.Dataset, gallery: Gallery) -> dict:
         "pictures": gallery.pictures,
         "mat": gallery.mat and (gallery.mat, _figures_html(gallery.mat)),
         "missing": gallery.missing,
+        "regions": region_table(figures),
         "command": simulate_command(ds, coordinates),
     }
 

@@ -57,6 +57,8 @@ METRIC_COLUMNS = {
     "fall_margin": "Fall margin",
     "peak_pressure": "Peak pressure",
     "lying_peak_pressure": "Peak before the start",
+    "peak_shear": "Peak shear",
+    "slip_share": "Load that slips",
     "peak_edge_distance": "Peak from the edge",
     "peak_strap_force": "Strap tension",
     "slide_distance": "Slide",

@@ -4,11 +4,19 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from simcore.errors import DesignError
-from simcore.validation import convergence, friction, joints, lifts, pendulum, sheets
+from simcore.validation import (
+    convergence,
+    friction,
+    joints,
+    lifts,
+    pendulum,
+    sheets,
+    skin_friction,
+)
 from simcore.validation.table import Check, Criterion, Outcome, run_check
 
 CHECKS: tuple[Check, ...] = (
-    *sheets.CHECKS, *friction.CHECKS, *joints.CHECKS, *pendulum.CHECKS,
+    *sheets.CHECKS, *friction.CHECKS, *skin_friction.CHECKS, *joints.CHECKS, *pendulum.CHECKS,
     *lifts.CHECKS, *convergence.CHECKS,
 )
 

@@ -1,0 +1,195 @@
+"""Friction of flesh on a rigid solid (Eq. C2): a block of it on an incline."""
+
+from functools import cache
+from math import atan, cos, degrees, tan
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from simcore.body.regions import REGION_NAMES
+from simcore.body.tissue import Tissue, region_tissue
+from simcore.config import Method, read_design
+from simcore.contact.foundation import foundation_forces
+from simcore.dynamics.implicit import IMPLICITNESS, implicit_step
+from simcore.sheet.solver import GRAVITY
+from simcore.validation.friction import (
+    CREEP_ANGLE,
+    CREEP_TIME,
+    INCLINE_FRICTION,
+    ONSET,
+    ONSET_RESOLUTION,
+    STUCK,
+)
+from simcore.validation.table import Check, Criterion, Curve, Measurement, Plot
+
+METHOD = Path("designs/methods/production.yaml")
+
+PITCH, ACROSS = 0.02, 5
+"""The block's skin is a square of so many vertices a side [m, 1]."""
+
+PRESSURE = 5e3
+"""Of the block on level ground, some of a seated person's mean [Pa]."""
+
+SLIDE_TIME = 3.0
+"""Let go with flesh that is not sheared yet, the block has come to rest by then, or slides [s]."""
+
+
+@cache
+def production() -> Method:
+    """Return the shipped method."""
+    return read_design(Method, METHOD)
+
+
+def buttock() -> Tissue:
+    """Return the flesh of an adult's buttock at every vertex of the block (n,)."""
+    adult, region = region_tissue(), REGION_NAMES.index("buttock_left")
+    return Tissue(*(np.full(ACROSS**2, each[region]) for each in (adult.thickness, adult.modulus)))
+
+
+class Block:
+    """A rigid block on a layer of flesh, on an incline that rises towards −x; it does not tip.
+
+    It steps as a body on a lift does, with the shipped method's step and flesh.
+
+    Attributes
+    ----------
+    force, normals : (n, 3), normal_force : (n,) float64
+        Of the incline on each skin vertex, world axes, its normal part [N], and the incline's
+        normal, as last evaluated.
+    area : (n,) float64
+        [m²]
+    mass : float
+        [kg]
+
+    Parameters
+    ----------
+    angle : float
+        [rad]
+    friction : float
+        µ.
+    """
+
+    def __init__(self, angle: float, friction: float = INCLINE_FRICTION):
+        method, flesh, count = production(), buttock(), ACROSS**2
+        law = method.contact
+        self.step, self.friction = method.time_step_s, friction
+        self.area = np.full(count, PITCH**2)
+        self.mass = PRESSURE * self.area.sum() / GRAVITY
+        self.rotation = pin.utils.rotate("y", angle)
+        self.model = pin.Model()
+        inertia = pin.Inertia(self.mass, np.zeros(3), np.eye(3))
+        self.model.appendBodyToJoint(
+            self.model.addJoint(0, pin.JointModelTranslation(), pin.SE3.Identity(), "block"),
+            inertia, pin.SE3.Identity(),
+        )
+        self.model.gravity.linear = np.array([0.0, 0.0, -GRAVITY])
+        self._data = self.model.createData()
+        place = PITCH * (np.arange(ACROSS) - (ACROSS - 1) / 2)
+        x, y = np.meshgrid(place, place, indexing="ij")
+        self.rest = np.column_stack([x.ravel(), y.ravel(), np.zeros(count)])
+        # Eq. C1 without damping, for the pressure that its weight has on the incline.
+        strain = PRESSURE * cos(angle) / (flesh.modulus[0] + PRESSURE * cos(angle))
+        self.q = self.rotation @ [0.0, 0.0, -strain * flesh.thickness[0]]
+        self.v = np.zeros(3)
+        self._skin = self.rest @ self.rotation.T
+        axis = np.array([-4.0, 0.0, 4.0])  # trilinear is exact for a plane, however coarse
+        self._field = (
+            np.broadcast_to(axis, (3, 3, 3)).astype(np.float32), np.full(3, axis[0]), axis[2]
+        )
+        self._flesh = (
+            self.area, flesh.modulus, flesh.thickness, law.tissue == "stiffening",
+            law.damping_time_s, self.friction,
+        )
+        self._still = np.zeros(3)
+        self._listed = np.arange(count)
+        self._anchor, self._closed = np.zeros((count, 3)), np.zeros(count, bool)
+        self.force, self.normals = np.zeros((2, count, 3))
+        self.normal_force, self._along, self._across = np.zeros((3, count))
+
+    def linearised(
+        self, _: float, q: np.ndarray, v: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return force (3,) and impedance (3, 3) for an implicit step."""
+        still = self._still
+        foundation_forces(
+            self._listed, q + self._skin, np.tile(v, (len(self._skin), 1)), *self._field,
+            self.rotation, still, still, still, *self._flesh, IMPLICITNESS * self.step,
+            self._anchor, self._closed, self.force, self.normal_force, self.normals, self._along,
+            self._across,
+        )
+        across, along = self._across.sum(), self._along.sum()
+        normal = self.rotation[:, 2]
+        impedance = across * np.eye(3) + (along - across) * np.outer(normal, normal)
+        return self.force.sum(axis=0), impedance
+
+    def run(self, duration: float) -> None:
+        """Move on by a duration [s]."""
+        for _ in range(round(duration / self.step)):
+            self.q, self.v = implicit_step(
+                self.model, self._data, self.linearised, 0.0, self.q, self.v, self.step
+            )
+
+    @property
+    def way(self) -> float:
+        """Downhill, from where it was let go [m]."""
+        return float(self.q @ self.rotation[:, 0])
+
+    @property
+    def speed(self) -> float:
+        """Downhill [m/s]."""
+        return float(self.v @ self.rotation[:, 0])
+
+
+def acceleration(angle: float) -> float:
+    """Return that of the second half of `SLIDE_TIME` on an incline [rad]; zero if it sticks."""
+    block = Block(angle)
+    block.run(SLIDE_TIME / 2)
+    before = block.speed
+    block.run(SLIDE_TIME / 2)
+    return 0.0 if abs(block.speed) < STUCK else 2 * (block.speed - before) / SLIDE_TIME
+
+
+def measure_onset() -> Measurement:
+    """Find by bisection the incline at which the block lets go."""
+    around = atan(INCLINE_FRICTION) + np.radians(np.linspace(-3.5, 3.5, 8))
+    told = {angle: acceleration(angle) for angle in around}
+    low, high = around[0], around[-1]
+    while high - low > ONSET_RESOLUTION:
+        middle = (low + high) / 2
+        told[middle] = acceleration(middle)
+        low, high = (low, middle) if told[middle] > 0 else (middle, high)
+    fine = np.linspace(min(told), max(told), 201)
+    coulomb = np.maximum(GRAVITY * (np.sin(fine) - INCLINE_FRICTION * np.cos(fine)), 0)
+    plot = Plot(
+        "validation_skin_incline", f"A block of flesh with µ = {INCLINE_FRICTION} on an incline",
+        "incline [°]", "acceleration [m/s²]",
+        (Curve("Coulomb", np.degrees(fine), coulomb),
+         Curve("flesh", np.degrees(list(told)), np.array(list(told.values())), marked=True)),
+    )
+    return Measurement({"skin_slip_onset": degrees((low + high) / 2)}, (plot,))
+
+
+def measure_creep() -> Measurement:
+    """Leave the block on an incline of nine tenths of the angle at which it lets go."""
+    block = Block(CREEP_ANGLE)
+    block.run(SLIDE_TIME)
+    settled = block.way
+    block.run(CREEP_TIME)
+    return Measurement({"skin_creep": 1e3 * abs(block.way - settled)})
+
+
+CHECKS = (
+    Check(
+        (Criterion("skin_slip_onset", "incline at which a block of flesh with "
+                   f"µ = {INCLINE_FRICTION} lets go", ONSET - 0.5, ONSET + 0.5, "°",
+                   "atan µ ± 0.5°"),),
+        measure_onset,
+    ),
+    Check(
+        (Criterion("skin_creep", f"way of the block in {CREEP_TIME:.0f} s simulated, at an incline "
+                   f"of tan = {tan(CREEP_ANGLE):.3f}, after the first {SLIDE_TIME:g} s, in which "
+                   "its flesh shears", 0.0, 1.0, "mm", "what sticks does not creep"),),
+        measure_creep,
+    ),
+)
