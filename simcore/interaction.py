@@ -5,9 +5,10 @@ import pinocchio as pin
 
 from simcore.body.capsules import fit_capsules
 from simcore.body.segments import PARENTS, SEGMENTS
-from simcore.body.skin_listed import torque_of_wrenches, wrench_listed
+from simcore.body.skin_listed import segment_balls, torque_of_wrenches, wrench_listed
 from simcore.contact.self_contact import add_self_contact, overlaps
 from simcore.device.motion import DeviceState
+from simcore.dynamics.adaptive import skin_speed
 from simcore.dynamics.impedance import (
     PACKED,
     add_pair_impedance,
@@ -59,6 +60,7 @@ class Interaction:
         self._blocks = np.zeros((len(SEGMENTS), len(SEGMENTS), PACKED))
         self._parts = self._own_parts(scene) if scene.method.self_contact else None
         self.contact = contact_with_device(scene)
+        self._balls = segment_balls(skin, len(SEGMENTS))
 
     @property
     def support_force(self) -> np.ndarray:
@@ -78,33 +80,46 @@ class Interaction:
     def exchange(self, moved: DeviceState, q: np.ndarray, v: np.ndarray) -> None:
         """Advance what is neither body nor rigid by one step of the body; here there is nothing."""
 
+    def speed_and_clearance(self, moved: DeviceState) -> tuple[np.ndarray, np.ndarray]:
+        """Return bounds of the skin of each segment as last evaluated (m,), (m,).
+
+        Of its speed relative to the device, from above [m/s]; of its distance, from below [m].
+        """
+        speed = skin_speed(self._views, moved, *self._balls)
+        return speed, self.contact.clearance(self._views, moved)
+
     def place(self, q: np.ndarray, moved: DeviceState) -> np.ndarray:
         """Return where the body is on what carries it: its centre of mass, device frame (1, 3)."""
         centre = pin.centerOfMass(self.model, self.data, q, False)
         return (moved.rotation.T @ (centre - moved.position))[None]
 
-    def add_skin_forces(self, normal: np.ndarray, tangential: np.ndarray) -> float:
-        """Add the present forces on each skin vertex (n,), (n, 3) as `SkinContact` does [N]."""
-        return self.contact.add_skin_forces(normal, tangential)
+    def add_skin_impulses(
+        self, duration: float, normal: np.ndarray, tangential: np.ndarray
+    ) -> float:
+        """Add impulses on each skin vertex (n,), (n, 3) as `SkinContact` does [N s]."""
+        return self.contact.add_skin_impulses(duration, normal, tangential)
 
-    def add_support_forces(self, normal: np.ndarray, tangential: np.ndarray) -> float:
-        """Add the present normal force on each point of `Scene.mat_points` (N,) [N].
+    def add_mat_impulses(
+        self, duration: float, normal: np.ndarray, tangential: np.ndarray
+    ) -> float:
+        """Add what the present forces on `Scene.mat_points` do to them in a time (N,) [N s].
 
-        And, where it reaches the skin through the mat, the tangential one (N, 3), world axes;
-        return the normal force of what of that slips. With a rigid device, all forces on the skin
-        are those of `add_skin_forces`.
+        And, where it reaches the skin through the mat, the tangential impulse (N, 3), world axes;
+        return the normal one of what of that slips. With a rigid device, all of the skin's are
+        those of `add_skin_impulses`.
         """
-        self.contact.add_support_forces(normal)
+        self.contact.add_mat_impulses(duration, normal)
         return 0.0
 
-    def add_forces_through_mat(
+    def share_impulses(
         self, point_normal: np.ndarray, point_tangential: np.ndarray, normal: np.ndarray,
         tangential: np.ndarray,
     ) -> None:
-        """Add to forces on the skin (n,), (n, 3) those that reach it through the mat [N].
+        """Complete the impulses of a frame: what reaches the mat (N,) through the skin [N s].
 
-        The mat's (N,), (N, 3) are sums of what `add_support_forces` gave.
+        Or, as with a sheet, the skin (n,), (n, 3) through the mat (N,), (N, 3).
         """
+        self.contact.add_skin_to_mat(normal, point_normal)
 
     def sheet_frame(self) -> dict[str, np.ndarray]:
         """Return what a recorder keeps of the sheet, by name; here there is none."""

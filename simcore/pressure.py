@@ -1,8 +1,10 @@
 """Pressure and shear as a tactile sensor reads them: force over area, averaged over cells."""
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csc_array, csr_array
 from scipy.spatial import cKDTree
+
+from simcore.compiled import compiled
 
 
 class SensorCells:
@@ -39,18 +41,42 @@ class SensorCells:
         columns = np.concatenate([j, i, np.arange(count)])
         weights = np.concatenate([weight, weight, np.ones(count)])
         sums = csr_array((weights, (rows, columns)), shape=(count, count))
-        self._operator = csr_array(sums.multiply(1 / (sums @ vertex_area)[:, None]))
+        operator = csc_array(sums.multiply(1 / (sums @ vertex_area)[:, None]))
+        self._columns = operator.indptr, operator.indices, operator.data
 
     def pressure(self, normal_force: np.ndarray) -> np.ndarray:
         """Return pressure [Pa] of normal forces [N]; (n,) or (T, n)."""
-        return (self._operator @ np.asarray(normal_force, dtype=float).T).T
+        force = np.atleast_2d(np.asarray(normal_force, dtype=float)).T
+        return self._mean(force).T.reshape(np.shape(normal_force))
 
     def shear(self, tangential_force: np.ndarray) -> np.ndarray:
         """Return the size (n,) [Pa] of tangential forces (n, 3) [N], averaged as vectors: Eq. P3.
 
         Skin that is pulled both ways within a cell is not sheared as a whole.
         """
-        return np.linalg.norm(self._operator @ tangential_force, axis=1)
+        mean = self._mean(tangential_force)
+        return np.sqrt(np.einsum("ij,ij->i", mean, mean))
+
+    def _mean(self, force: np.ndarray) -> np.ndarray:
+        """Return the cells' force per area (n, c) of forces (n, c), most of which are zero."""
+        found = np.zeros(force.shape)
+        _add_columns(*self._columns, np.ascontiguousarray(force), found)
+        return found
+
+
+@compiled
+def _add_columns(starts, rows, values, factor, product):
+    """Add a sparse matrix, by columns, times a matrix (n, c) whose rows are mostly zero."""
+    for j in range(factor.shape[0]):
+        touched = False
+        for k in range(factor.shape[1]):
+            touched = touched or factor[j, k] != 0.0
+        if not touched:
+            continue
+        for e in range(starts[j], starts[j + 1]):
+            i, value = rows[e], values[e]
+            for k in range(factor.shape[1]):
+                product[i, k] += value * factor[j, k]
 
 
 class SensorMat:

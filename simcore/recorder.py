@@ -1,10 +1,11 @@
 """What a simulation leaves behind: frames at the recording rate, and what happened between them."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-from simcore.body.build import posed_skin
+from simcore.body.build import Body, posed_skin
 from simcore.body.skin import vertex_normals
 from simcore.device.motion import DeviceState
 from simcore.interaction import Interaction
@@ -17,6 +18,9 @@ FALL_DISPLACEMENT = 0.15
 # ASSUME: half the depth of a seated trunk; a body that is held settles within 0.05 m and one that
 falls passes 0.15 m within 0.2 s (docs/headline.md), so that the verdict hardly depends on it.
 """
+
+ROUNDING = 1e-9
+"""Times that differ by less are the same [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,11 +97,13 @@ class Trajectory:
 
 def sensor_cells(scene: Scene) -> SensorCells:
     """Return the cells of a scene's skin."""
-    skin = scene.body.skin
-    rest = posed_skin(scene.body, scene.body.rest_configuration)
-    return SensorCells(
-        rest, vertex_normals(skin, rest), skin.vertex_area, scene.method.sensor_pitch_m
-    )
+    return _sensor_cells(scene.body, scene.method.sensor_pitch_m)
+
+
+@lru_cache(maxsize=4)
+def _sensor_cells(body: Body, pitch: float) -> SensorCells:
+    rest = posed_skin(body, body.rest_configuration)
+    return SensorCells(rest, vertex_normals(body.skin, rest), body.skin.vertex_area, pitch)
 
 
 class Recorder:
@@ -111,21 +117,17 @@ class Recorder:
 
     def __init__(self, scene: Scene, interaction: Interaction):
         self._interaction = interaction
-        self._steps_per_frame = max(
-            1, round(1 / (scene.method.record_rate_hz * scene.method.time_step_s))
-        )
+        self._period = 1 / scene.method.record_rate_hz
         self._frames: list[dict] = []
-        self._observed = 0
-        self._in_frame = 0
-        self._depth_max = 0.0
-        self._segment_force = np.zeros_like(interaction.segment_wrench[:, :3])
-        self._support_force = np.zeros(3)
         skin_count, point_count = scene.body.skin.vertex_count, len(scene.mat_points)
-        self._normal_force = np.zeros(skin_count)
-        self._tangential_force = np.zeros((skin_count, 3))
-        self._slip_force = 0.0
-        self._point_force = np.zeros(point_count)
-        self._point_tangential_force = np.zeros((point_count, 3))
+        # Impulses since the last frame; divided by its length they are mean forces.
+        self._segments = np.zeros_like(interaction.segment_wrench[:, :3])
+        self._support = np.zeros(3)
+        self._normal, self._tangential = np.zeros(skin_count), np.zeros((skin_count, 3))
+        self._mat_normal, self._mat_tangential = np.zeros(point_count), np.zeros((point_count, 3))
+        self._slipping = 0.0
+        self._duration = 0.0
+        self._depth_max = 0.0
         self._cells = sensor_cells(scene)
         self._mat = SensorMat(scene.mat_points, scene.mat_tile, scene.method.sensor_pitch_m)
         self._start = None
@@ -136,24 +138,36 @@ class Recorder:
         """Number of frames so far."""
         return len(self._frames)
 
-    def observe(self, time: float, q: np.ndarray, v: np.ndarray, moved: DeviceState) -> bool:
-        """Take note of the interaction as last evaluated; return whether a frame is complete."""
-        now = self._interaction
-        self._slip_force += now.add_skin_forces(self._normal_force, self._tangential_force)
-        self._slip_force += now.add_support_forces(
-            self._point_force, self._point_tangential_force
-        )
-        self._support_force += now.support_force
-        self._segment_force += now.segment_wrench[:, :3]
-        self._depth_max = max(self._depth_max, now.depth_max)
-        self._in_frame += 1
-        self._observed += 1
-        if (self._observed - 1) % self._steps_per_frame:
-            return False
+    def observe(
+        self, time: float, step: float, q: np.ndarray, v: np.ndarray, moved: DeviceState
+    ) -> bool:
+        """Take note of the interaction as last evaluated; return whether a frame is complete.
 
-        now.add_forces_through_mat(
-            self._point_force, self._point_tangential_force, self._normal_force,
-            self._tangential_force,
+        Parameters
+        ----------
+        time, step : float
+            When a step began, and for how long its forces act [s].
+        q : (60,), v : (47,) float64
+            Then.
+        moved : DeviceState
+            Then.
+        """
+        now = self._interaction
+        self._slipping += now.add_skin_impulses(step, self._normal, self._tangential)
+        self._slipping += now.add_mat_impulses(step, self._mat_normal, self._mat_tangential)
+        self._support += step * now.support_force
+        self._segments += step * now.segment_wrench[:, :3]
+        self._depth_max = max(self._depth_max, now.depth_max)
+        self._duration += step
+        if time < len(self._frames) * self._period - ROUNDING:
+            return False
+        self._keep_frame(time, q, v, moved)
+        return True
+
+    def _keep_frame(self, time: float, q: np.ndarray, v: np.ndarray, moved: DeviceState) -> None:
+        now, duration = self._interaction, self._duration
+        now.share_impulses(
+            self._mat_normal, self._mat_tangential, self._normal, self._tangential
         )
         place = now.place(q, moved)
         if self._start is None:
@@ -161,6 +175,7 @@ class Recorder:
         displacement = float(np.linalg.norm(place - self._start, axis=1).max())
         if displacement > FALL_DISPLACEMENT:
             self.fall_time = min(self.fall_time, time)
+        mat_pressure = self._mat.pressure(self._mat_normal / duration)
         self._frames.append(
             {
                 "time": time,
@@ -169,29 +184,23 @@ class Recorder:
                 "device_rotation": moved.rotation,
                 "device_position": moved.position,
                 "displacement": displacement,
-                "segment_force": self._segment_force / self._in_frame,
-                "normal_force": (self._normal_force / self._in_frame).astype(np.float32),
-                "shear": self._cells.shear(self._tangential_force / self._in_frame).astype(
-                    np.float32
-                ),
-                "slip_force": self._slip_force / self._in_frame,
-                "support_force": self._support_force / self._in_frame,
-                "mat_pressure": self._mat.pressure(self._point_force / self._in_frame).astype(
-                    np.float32
-                ),
+                "segment_force": self._segments / duration,
+                "normal_force": (self._normal / duration).astype(np.float32),
+                "shear": self._cells.shear(self._tangential / duration).astype(np.float32),
+                "slip_force": self._slipping / duration,
+                "support_force": self._support / duration,
+                "mat_pressure": mat_pressure.astype(np.float32),
                 **now.sheet_frame(),
                 "contact_count": now.contact_count,
                 "depth_max": self._depth_max,
             }
         )
         for total in (
-            self._segment_force, self._normal_force, self._tangential_force, self._support_force,
-            self._point_force, self._point_tangential_force,
+            self._segments, self._support, self._normal, self._tangential, self._mat_normal,
+            self._mat_tangential,
         ):
             total[:] = 0
-        self._slip_force = self._depth_max = 0.0
-        self._in_frame = 0
-        return True
+        self._slipping = self._depth_max = self._duration = 0.0
 
     def trajectory(
         self, device_start: float, settled: bool, cpu_time: float, status: str, reason: str

@@ -7,6 +7,7 @@ import numpy as np
 import pinocchio as pin
 
 from simcore.device.motion import DeviceState
+from simcore.dynamics.adaptive import StepLadder
 from simcore.dynamics.implicit import IMPLICITNESS, implicit_step
 from simcore.dynamics.integrators import rk4_step
 from simcore.errors import SimulationError
@@ -59,6 +60,15 @@ def simulate(scene: Scene, progress: Progress | None = None) -> Trajectory:
     )
 
 
+def step_ladder(scene: Scene) -> StepLadder:
+    """Return the steps of a scene: a sling's are all alike, as sheet and body exchange forces."""
+    method = scene.method
+    steps = method.adaptive_step
+    if not steps or scene.sling:
+        return StepLadder(method.time_step_s, method.time_step_s, np.inf)
+    return StepLadder(steps.longest_s, steps.shortest_s, steps.motion_m)
+
+
 class _Run:
     """State of one simulation; time runs from the start of settling."""
 
@@ -67,17 +77,18 @@ class _Run:
         self.progress = progress
         self.interaction = SlingInteraction(scene) if scene.sling else Interaction(scene)
         self.recorder = Recorder(scene, self.interaction)
-        self.h = scene.method.time_step_s
+        self.ladder = step_ladder(scene)
+        self.h = self.ladder.longest
         self.q = scene.configuration.copy()
         self.v = np.zeros(scene.body.model.nv)
-        self.steps = 0
+        self.ticks = 0
         self.settled = False
         self.device_start = np.inf  # the device stands still until the body has settled
 
     @property
     def time(self) -> float:
-        """Time since the start of settling [s]; a multiple of the step, not a sum of steps."""
-        return self.steps * self.h
+        """Time since the start of settling [s]; a multiple of a tick, not a sum of steps."""
+        return self.ticks * self.ladder.tick
 
     def settle(self) -> None:
         """Run until the body is at rest on the still device, or for the longest time allowed."""
@@ -100,20 +111,23 @@ class _Run:
     def step(self) -> bool:
         """Advance one step; return whether it completed a recorded frame."""
         now, q, v = self.time, self.q, self.v
-        self.interaction.exchange(self.moved(now), q, v)
+        moved = self.moved(now)
+        ticks = self.ladder.choose(self.ticks, lambda: self.interaction.speed_and_clearance(moved))
+        self.h = ticks * self.ladder.tick
+        self.interaction.exchange(moved, q, v)
         if self.scene.method.integrator == "implicit":
             self.q, self.v = implicit_step(
                 self.scene.body.model, self.interaction.data, self.linearised, now, q, v, self.h
             )
             self.interaction.conclude(self.v - v, self.h)
-            recorded = self.recorder.observe(now, q, v, self.moved(now))
+            recorded = self.recorder.observe(now, self.h, q, v, moved)
         else:
             acceleration = self.acceleration(now, q, v)
-            recorded = self.recorder.observe(now, q, v, self.moved(now))
+            recorded = self.recorder.observe(now, self.h, q, v, moved)
             self.q, self.v = rk4_step(
                 self.scene.body.model, self.acceleration, now, q, v, acceleration, self.h
             )
-        self.steps += 1
+        self.ticks += ticks
         if not np.abs(self.v).max() < SPEED_LIMIT:  # also where it is not a number
             self.refuse_blow_up()
         if recorded and self.progress:

@@ -56,14 +56,22 @@ class SkinContact(Protocol):
     def evaluate(self, segments: SegmentViews, device: DeviceState, lag: float) -> None:
         """Write the forces for the present poses, and the impedances if there is a lag [s]."""
 
-    def add_skin_forces(self, normal: np.ndarray, tangential: np.ndarray) -> float:
-        """Add both parts of the force on each skin vertex (n,) and (n, 3), world axes [N].
+    def add_skin_impulses(
+        self, duration: float, normal: np.ndarray, tangential: np.ndarray
+    ) -> float:
+        """Add what the present forces do to each skin vertex in a time [s]: (n,), (n, 3) [N s].
 
-        Returns the normal force of what slips [N]; NaN with friction that knows no µ.
+        World axes; returns the normal impulse of what slips, NaN with friction that knows no µ.
         """
 
-    def add_support_forces(self, total: np.ndarray) -> None:
-        """Add the present normal force on each point of `Scene.mat_points` (N,) [N]."""
+    def add_mat_impulses(self, duration: float, total: np.ndarray) -> None:
+        """Add what the present forces on `Scene.mat_points` do to them in a time (N,) [N s]."""
+
+    def clearance(self, segments: SegmentViews, device: DeviceState) -> np.ndarray:
+        """Return how far each segment's skin is from what carries it, at least (m,) [m]."""
+
+    def add_skin_to_mat(self, normal: np.ndarray, total: np.ndarray) -> None:
+        """Add the normal impulses on the skin (n,) that `add_mat_impulses` leaves out (N,)."""
 
 
 class _OnSkin:
@@ -84,12 +92,24 @@ class _OnSkin:
         self.normal_force, self.along, self.across = np.zeros((3, count))
         self.contact_count, self.depth_max, self.deepest = 0, 0.0, -1
 
-    def add_skin_forces(self, normal: np.ndarray, tangential: np.ndarray) -> float:
-        """Implement `SkinContact.add_skin_forces`."""
+    def add_skin_impulses(
+        self, duration: float, normal: np.ndarray, tangential: np.ndarray
+    ) -> float:
+        """Implement `SkinContact.add_skin_impulses`."""
         return add_parts(
-            self.listed, self.force, self.normal_force, self.normals, self._friction, normal,
-            tangential,
+            self.listed, self.force, self.normal_force, self.normals, self._friction, duration,
+            normal, tangential,
         )
+
+    def add_mat_impulses(self, duration: float, total: np.ndarray) -> None:
+        """Implement `SkinContact.add_mat_impulses`: none."""
+
+    def clearance(self, segments: SegmentViews, device: DeviceState) -> np.ndarray:
+        """Implement `SkinContact.clearance`: nothing is known."""
+        return np.zeros(len(SEGMENTS))
+
+    def add_skin_to_mat(self, normal: np.ndarray, total: np.ndarray) -> None:
+        """Implement `SkinContact.add_skin_to_mat`: nothing is left out."""
 
     def _pose(self, segments: SegmentViews):
         return lambda indices: blend_listed(
@@ -138,10 +158,10 @@ class PointContact(_OnSkin):
             *self._law, self.force, self.normal_force, self.normals, self._point_force,
         )
 
-    def add_support_forces(self, total: np.ndarray) -> None:
-        """Implement `SkinContact.add_support_forces`."""
+    def add_mat_impulses(self, duration: float, total: np.ndarray) -> None:
+        """Implement `SkinContact.add_mat_impulses`: every point has a force of its own."""
         rows = self._neighbours.rows
-        total[rows] += self._point_force[rows]
+        total[rows] += duration * self._point_force[rows]
 
 
 class FoundationContact(_OnSkin):
@@ -186,15 +206,19 @@ class FoundationContact(_OnSkin):
             self.across,
         )
 
-    def add_support_forces(self, total: np.ndarray) -> None:
-        """Implement `SkinContact.add_support_forces`: to the point of the mat that is nearest."""
-        pressed = self.listed[self.normal_force[self.listed] > 0]
+    def clearance(self, segments: SegmentViews, device: DeviceState) -> np.ndarray:
+        """Implement `SkinContact.clearance`."""
+        return self._near.clearance(segments.rotations, segments.positions, device)
+
+    def add_skin_to_mat(self, normal: np.ndarray, total: np.ndarray) -> None:
+        """Implement `SkinContact.add_skin_to_mat`: to the point of the mat that is nearest now."""
+        pressed = np.flatnonzero(normal)
         place = (self.points[pressed] - self._device.position) @ self._device.rotation
         moved = np.abs(place - self._mat_place[pressed]).max(axis=1) > self._mat_step
         if moved.any():
             _, self._mat_point[pressed[moved]] = self._mat.query(place[moved])
             self._mat_place[pressed[moved]] = place[moved]
-        np.add.at(total, self._mat_point[pressed], self.normal_force[pressed])
+        np.add.at(total, self._mat_point[pressed], normal[pressed])
 
 
 class MattressContact(_OnSkin):
@@ -222,9 +246,6 @@ class MattressContact(_OnSkin):
             self.listed, self.points, self._velocities, *self._law, lag, self.force,
             self.normal_force, self.along, self.across,
         )
-
-    def add_support_forces(self, total: np.ndarray) -> None:
-        """Implement `SkinContact.add_support_forces`: the mat is on the sheet."""
 
 
 def contact_with_device(scene: Scene) -> SkinContact:

@@ -147,26 +147,29 @@ class SheetOnSkin:
                 f" {time:.2f} s after the start of settling, with its point ({x:.2f}, {y:.2f}) m",
             )
 
-    def add_sheet_forces(self, normal: np.ndarray, tangential: np.ndarray) -> float:
-        """Add what the skin did to sheet vertices (m,), (m, 3), mean over the last step [N].
+    def add_sheet_impulses(
+        self, duration: float, normal: np.ndarray, tangential: np.ndarray
+    ) -> float:
+        """Add what the skin's mean forces of the last step do to sheet vertices in a time [s].
 
-        Returns the normal force of those that slip; NaN with friction that knows no µ.
+        (m,), (m, 3) [N s]; returns the normal impulse of those that slip, NaN with friction that
+        knows no µ.
         """
         return add_parts(
             self._all, self._of_skin.force, self._of_skin.normal_force, self.planes.normal,
-            self.planes.friction_coefficient, normal, tangential,
+            self.planes.friction_coefficient, duration, normal, tangential,
         )
 
     def spread(
         self, on_sheet: np.ndarray, along_sheet: np.ndarray, sheet: np.ndarray, skin: np.ndarray,
         normal: np.ndarray, tangential: np.ndarray,
     ) -> None:
-        """Give forces on sheet vertices back to the skin vertices under their tiles.
+        """Give impulses on sheet vertices back to the skin vertices under their tiles.
 
         Parameters
         ----------
         on_sheet : (m,), along_sheet : (m, 3) float64
-            Normal and tangential force [N].
+            Normal and tangential [N s].
         sheet : (m, 3), skin : (n, 3) float64
             Positions [m].
         normal : (n,), tangential : (n, 3) float64

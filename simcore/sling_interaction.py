@@ -92,15 +92,17 @@ class SlingInteraction(Interaction):
             places.append(frame.actInv(self.sheet.position[patch].mean(axis=0)))
         return np.array(places)
 
-    def add_support_forces(self, normal: np.ndarray, tangential: np.ndarray) -> float:
-        """Add the force of the skin on each sheet vertex (m,), (m, 3); return what slips [N]."""
-        return self._on_skin.add_sheet_forces(normal, tangential)
+    def add_mat_impulses(
+        self, duration: float, normal: np.ndarray, tangential: np.ndarray
+    ) -> float:
+        """Add those of the skin on each sheet vertex (m,), (m, 3); return what slips [N s]."""
+        return self._on_skin.add_sheet_impulses(duration, normal, tangential)
 
-    def add_forces_through_mat(
+    def share_impulses(
         self, point_normal: np.ndarray, point_tangential: np.ndarray, normal: np.ndarray,
         tangential: np.ndarray,
     ) -> None:
-        """Add the opposite of forces on sheet vertices to the skin under their tiles [N]."""
+        """Add the opposite of those on sheet vertices to the skin under their tiles [N s]."""
         self._on_skin.spread(
             point_normal, point_tangential, self.sheet.position, self._skin, normal, tangential
         )

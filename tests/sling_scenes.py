@@ -35,7 +35,7 @@ PENALTY = {
     "friction_force_n": 2.0, "friction_velocity_m_per_s": 0.1,
 }
 EXPLICIT = {
-    "method.integrator": "rk4", "method.sheet.contact": PENALTY,
+    "method.integrator": "rk4", "method.adaptive_step": None, "method.sheet.contact": PENALTY,
     "method.contact": PENALTY | {"search_radius_m": 0.03, "initial_penetration_limit_m": 0.01},
 }
 """The paper's laws and Runge–Kutta steps."""

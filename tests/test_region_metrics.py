@@ -59,20 +59,20 @@ def test_parts_put_together_are_the_force(seed, friction):
     listed = rng.permutation(50)[:30]
     normal, tangential = np.zeros(50), np.zeros((50, 3))
     slipping = add_parts(
-        listed, load[:, None] * normals + across, load, normals, friction, normal, tangential
+        listed, load[:, None] * normals + across, load, normals, friction, 0.5, normal, tangential
     )
-    assert normal[listed] == pytest.approx(load[listed])
-    assert tangential[listed] == pytest.approx(across[listed], abs=1e-12)
+    assert normal[listed] == pytest.approx(0.5 * load[listed])
+    assert tangential[listed] == pytest.approx(0.5 * across[listed], abs=1e-12)
     left = np.setdiff1d(np.arange(50), listed)
     assert not normal[left].any() and not tangential[left].any()
     if friction > 1e-6:
-        assert slipping == pytest.approx(load[listed][slips[listed]].sum())
+        assert slipping == pytest.approx(0.5 * load[listed][slips[listed]].sum())
 
 
 def test_friction_without_a_coefficient_has_no_slip():
     normal, tangential = np.zeros(1), np.zeros((1, 3))
     told = add_parts(
-        np.arange(1), np.ones((1, 3)), np.ones(1), np.array([[0, 0, 1.0]]), -1.0, normal,
+        np.arange(1), np.ones((1, 3)), np.ones(1), np.array([[0, 0, 1.0]]), -1.0, 1.0, normal,
         tangential,
     )
     assert np.isnan(told)
@@ -86,7 +86,7 @@ def parts_of(block):
     normal, tangential = np.zeros(len(block.rest)), np.zeros_like(block.rest)
     slipping = add_parts(
         np.arange(len(block.rest)), block.force, block.normal_force, block.normals,
-        block.friction, normal, tangential,
+        block.friction, 1.0, normal, tangential,
     )
     return normal, tangential, slipping
 
@@ -244,7 +244,7 @@ def test_parts_of_all_regions_add_up_to_the_force_on_the_body(law, design_with, 
         now.linearised(start, q, v, IMPLICITNESS * seen.method.time_step_s)
     count = body.skin.vertex_count
     normal, tangential = np.zeros(count), np.zeros((count, 3))
-    slipping = now.add_skin_forces(normal, tangential)
+    slipping = now.add_skin_impulses(1.0, normal, tangential)
     whole = tangential + normal[:, None] * now.contact.normals
     by_region = np.array([
         whole[body.vertex_region == region].sum(axis=0)

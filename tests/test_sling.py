@@ -87,7 +87,7 @@ def test_forces_on_skin_vertices_arrive_as_wrenches_on_segments():
     assert interaction.segment_wrench == pytest.approx(expected, abs=1e-6)
     contact = solver.reactions[-1].contact
     on_sheet, along_sheet = np.zeros(len(contact.force)), np.zeros_like(contact.force)
-    slipping = interaction.add_support_forces(on_sheet, along_sheet)
+    slipping = interaction.add_mat_impulses(1.0, on_sheet, along_sheet)
     friction = steps.scene.method.contact.friction_coefficient
     assert on_sheet == pytest.approx(contact.normal_force)
     size = np.linalg.norm(along_sheet, axis=1)
@@ -95,7 +95,7 @@ def test_forces_on_skin_vertices_arrive_as_wrenches_on_segments():
     assert np.all(size <= friction * on_sheet * (1 + 1e-9))
     assert 0 < slipping < on_sheet.sum()
     normal, tangential = np.zeros(len(force)), np.zeros_like(force)
-    interaction.add_forces_through_mat(on_sheet, along_sheet, normal, tangential)
+    interaction.share_impulses(on_sheet, along_sheet, normal, tangential)
     assert normal.sum() == pytest.approx(contact.normal_force.sum())
     assert tangential.sum(axis=0) == pytest.approx(-along_sheet.sum(axis=0), abs=1e-9)
     assert np.all(normal >= 0)

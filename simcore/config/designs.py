@@ -6,6 +6,7 @@ unit; angles are degrees in YAML and radians everywhere else (`Angle` fields are
 `*_rad` properties).
 """
 
+from math import log2
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -273,6 +274,28 @@ class Settling(Strict):
         return self
 
 
+class AdaptiveStep(Strict):
+    """Steps on a rigid lift that are halved where the body moves fast (Eq. I3)."""
+
+    longest_s: Annotated[Finite, Field(gt=0, le=0.02, description="step of a body at rest")]
+    shortest_s: Annotated[
+        Positive, Field(description="no step is shorter; longest_s halved so many times")
+    ]
+    motion_m: Annotated[
+        Positive, Field(description="no skin moves farther on its support within one step")
+    ]
+
+    @model_validator(mode="after")
+    def _halves(self):
+        halvings = log2(self.longest_s / self.shortest_s)
+        if halvings < 0 or abs(halvings - round(halvings)) > 1e-6:
+            raise ValueError(
+                f"shortest_s is {self.shortest_s:g}; accepted: longest_s, {self.longest_s:g}, or "
+                "what halving it gives"
+            )
+        return self
+
+
 class Method(Strict):
     """How a candidate is simulated: designs/methods/NAME.yaml."""
 
@@ -281,6 +304,10 @@ class Method(Strict):
         Field(description="explicit Runge–Kutta of order 4, or the linearly implicit midpoint"),
     ]
     time_step_s: Annotated[Finite, Field(gt=0, le=0.02, description="step of the integrator")]
+    adaptive_step: Annotated[
+        AdaptiveStep | None,
+        Field(description="steps on a rigid lift instead of time_step_s, implicit ones only"),
+    ] = None
     record_rate_hz: Annotated[
         Finite, Field(ge=1, le=1000, description="frames kept of each simulated second")
     ]
@@ -311,6 +338,8 @@ class Method(Strict):
                 f"integrator is {self.integrator}; accepted: implicit with contact.law foundation, "
                 "rk4 with penalty"
             )
+        if self.adaptive_step and self.integrator != "implicit":
+            raise ValueError("adaptive_step is for integrator implicit; accepted: none with rk4")
         if self.sheet and not self.sheet.contact and self.contact.law == "penalty":
             raise ValueError("sheet.contact is missing; accepted: a law, as contact is penalty")
         return self

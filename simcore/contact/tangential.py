@@ -11,8 +11,10 @@ AT_LIMIT = 0.99
 
 
 @compiled
-def add_parts(listed, force, normal_force, normals, friction, normal_total, tangential_total):
-    """Add the parts of each listed point's force; return the normal force of those that slip.
+def add_parts(
+    listed, force, normal_force, normals, friction, duration, normal_total, tangential_total
+):
+    """Add the parts of each listed point's impulse; return the normal one of those that slip.
 
     Parameters
     ----------
@@ -22,23 +24,25 @@ def add_parts(listed, force, normal_force, normals, friction, normal_total, tang
         where listed.
     friction : float
         µ; negative: a law that knows none.
+    duration : float
+        How long the forces act [s].
     normal_total : (n,), tangential_total : (n, 3) float64
-        Have normal and tangential force added [N].
+        Have normal and tangential impulse added [N s].
 
     Returns
     -------
     slipping : float
-        Σ N where ‖F‖ ≥ `AT_LIMIT` µN [N]; NaN without µ.
+        Σ N h where ‖F‖ ≥ `AT_LIMIT` µN [N s]; NaN without µ.
     """
     slipping = 0.0
     for i in listed:
         normal, square = normal_force[i], 0.0
         for a in range(3):
             tangential = force[i, a] - normal * normals[i, a]
-            tangential_total[i, a] += tangential
+            tangential_total[i, a] += duration * tangential
             square += tangential * tangential
-        normal_total[i] += normal
+        normal_total[i] += duration * normal
         limit = AT_LIMIT * friction * normal
         if square >= limit * limit:
-            slipping += normal
+            slipping += duration * normal
     return slipping if friction >= 0.0 else np.nan

@@ -1,0 +1,102 @@
+"""Steps as long as the motion allows (Eq. I3)."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from conftest import MAN, ROOT
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from simcore.body.build import posed_skin
+from simcore.body.skin_listed import segment_balls
+from simcore.config import Design, Method, read_design
+from simcore.device.motion import STILL, DeviceState
+from simcore.dynamics.adaptive import StepLadder, skin_speed
+from simcore.dynamics.pinocchio_views import view_segments
+from simcore.scene import build_scene
+from simcore.simulate import simulate
+
+
+def fixed(speed, clearance=0.0):
+    return lambda: (np.atleast_1d(float(speed)), np.atleast_1d(float(clearance)))
+
+
+@given(speed=st.floats(0, 20), clearance=st.floats(0, 0.5), start=st.integers(0, 63))
+def test_steps_are_the_longest_that_are_allowed(speed, clearance, start):
+    ladder = StepLadder(0.008, 0.001, 0.004)
+    ticks = ladder.choose(start, fixed(speed, clearance))
+    assert ticks in (1, 2, 4, 8) and start % ticks == 0
+    bound = max(0.004, clearance)
+    assert ticks == 1 or ticks * 0.001 * speed <= bound * (1 + 1e-9)
+    longer = 2 * ticks
+    assert longer == 16 or start % longer or longer * 0.001 * speed > bound * (1 - 1e-9)
+
+
+def test_any_speeds_meet_at_every_longest_step():
+    rng = np.random.default_rng(1)
+    ladder, now, met = StepLadder(0.01, 0.00125, 0.004), 0, set()
+    while now < 800:
+        met.add(now)
+        now += ladder.choose(now, fixed(rng.uniform(0, 8)))
+    assert set(range(0, 800, 8)) <= met
+    assert ladder.tick * 8 == pytest.approx(0.01)
+
+
+def test_one_length_is_kept_without_asking():
+    ladder = StepLadder(0.004, 0.004, np.inf)
+    assert [ladder.choose(now, None) for now in range(5)] == [1] * 5
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_no_skin_is_faster_than_its_bound(seed, coarse_body):
+    """Against differences of all of the skin, seen from a device that moves and turns."""
+    rng = np.random.default_rng(seed)
+    model, skin = coarse_body.model, coarse_body.skin
+    data = model.createData()
+    views = view_segments(model, data)
+    q, v = pin.randomConfiguration(model, -np.ones(model.nq), np.ones(model.nq)), rng.normal(
+        size=model.nv
+    )
+    device = DeviceState(np.eye(3), rng.normal(size=3), rng.normal(size=3), rng.normal(size=3))
+    pin.forwardKinematics(model, data, q, v)
+    told = skin_speed(views, device, *segment_balls(skin, len(views.positions)))
+
+    def seen(time):
+        turn = Rotation.from_rotvec(time * device.angular_velocity)
+        place = posed_skin(coarse_body, pin.integrate(model, q, time * v))
+        return turn.inv().apply(place - device.position - time * device.linear_velocity)
+
+    speed = np.linalg.norm(seen(1e-6) - seen(-1e-6), axis=1) / 2e-6
+    owner = np.repeat(np.arange(skin.vertex_count), np.diff(skin.influence_offsets))
+    alone = np.diff(skin.influence_offsets)[owner] == 1
+    of, vertex = skin.influence_segment[alone], owner[alone]
+    assert np.all(speed[vertex] <= told[of] * (1 + 1e-6))
+    for segment in np.unique(of):  # and the bound is not idle
+        assert told[segment] < 4 * speed[vertex[of == segment]].max()
+    still = skin_speed(views, STILL, *segment_balls(skin, len(views.positions)))
+    assert not np.allclose(still, told)
+
+
+def settled(design_with, longest):
+    """Return the trajectory of a coarse man under the shipped method who only settles."""
+    tree = design_with({
+        "device.motion.keyframes": [
+            {"time_s": 0, "translation_m": 0, "rotation_deg": 0},
+            {"time_s": 0.1, "translation_m": 0, "rotation_deg": 0},
+        ],
+    }, support_angle_deg=12).model_dump()
+    method = read_design(Method, ROOT / "designs" / "methods" / "production.yaml").model_dump()
+    method |= {"hold_s": 1.0}
+    method["adaptive_step"] |= {"longest_s": longest, "shortest_s": 0.001}
+    return simulate(build_scene(Design.model_validate(tree | {"method": method}), MAN, ROOT))
+
+
+def test_adaptive_steps_end_where_short_ones_do(design_with):
+    """As with steps of 1 ms: in place to 2 mm, in the force that carries him to 1 %."""
+    short, adaptive = (settled(design_with, longest) for longest in (0.001, 0.008))
+    assert short.status == adaptive.status == "ok"
+    place = [run.q[-1, :3] - run.device_position[-1] for run in (short, adaptive)]
+    assert place[1] == pytest.approx(place[0], abs=2e-3)
+    weight = [run.support_force[-10:, 2].mean() for run in (short, adaptive)]
+    assert weight[1] == pytest.approx(weight[0], rel=0.01)
