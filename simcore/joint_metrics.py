@@ -54,8 +54,8 @@ def lifting_speed(scene: Scene) -> float:
     """
     start = scene.motion(0.0)
     load = start.rotation.T @ (scene.configuration[:3] - start.position)
-    states = map(scene.motion, np.linspace(0, scene.motion.duration, INSTANTS))
-    return max(
-        float(each.linear_velocity[2] + np.cross(each.angular_velocity, each.rotation @ load)[2])
-        for each in states
-    )
+    states = [scene.motion(time) for time in np.linspace(0, scene.motion.duration, INSTANTS)]
+    turn = np.array([each.angular_velocity for each in states])
+    arm = np.array([each.rotation for each in states]) @ load
+    lift = np.array([each.linear_velocity[2] for each in states])
+    return float((lift + turn[:, 0] * arm[:, 1] - turn[:, 1] * arm[:, 0]).max())

@@ -1,6 +1,7 @@
 """The coarse shapes by which parts of a body keep out of each other: one tapered capsule each."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -39,6 +40,7 @@ class Capsules:
     pairs: np.ndarray
 
 
+@lru_cache(maxsize=4)
 def fit_capsules(skin: Skin) -> Capsules:
     """Return the capsules of a body, from the skin that each segment carries."""
     ends, radius = np.empty((len(SEGMENT_NAMES), 2, 3)), np.empty((len(SEGMENT_NAMES), 2))
@@ -50,7 +52,7 @@ def fit_capsules(skin: Skin) -> Capsules:
         if name in TRUNK:
             axis = np.array([0.0, 1.0, 0.0])
         else:
-            axis = np.linalg.svd(from_centre - from_centre.mean(axis=0))[2][0]
+            axis = np.linalg.svd(from_centre - from_centre.mean(axis=0), full_matrices=False)[2][0]
         along = from_centre @ axis
         distance = np.linalg.norm(from_centre - along[:, None] * axis, axis=1)
         low, high = along.min(), along.max()
