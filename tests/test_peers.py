@@ -12,7 +12,7 @@ from benchmarks.peers import runs, scenes
 from simcore.bench import case_scene
 from simcore.body.build import posed_skin
 from simcore.dynamics.joints import PostureControl
-from simcore.interaction import joint_gains
+from simcore.joint_torque import joint_gains
 
 STEP = runs.STEP
 

@@ -16,7 +16,7 @@ from benchmarks.peers.mujoco_body import MujocoBody, body_spec, compiled_body
 from simcore.body.build import posed_skin
 from simcore.body.segments import SEGMENTS
 from simcore.body.skeleton import segment_placements
-from simcore.interaction import joint_gains
+from simcore.joint_torque import joint_gains
 from simcore.scene import Scene
 
 MEMORY = 3 << 30
