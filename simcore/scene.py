@@ -13,7 +13,7 @@ from simcore.body.flesh import flesh_under_skin
 from simcore.body.posture import configuration
 from simcore.body.skin import vertex_normals
 from simcore.body.tissue import Tissue
-from simcore.config.designs import Design, FoundationContact, Method, Posture
+from simcore.config.designs import Design, FoundationContact, Method, Placement, Posture
 from simcore.config.robotic_lift import MeshSurface, SeatAndBackrest
 from simcore.config.sling_lift import Bed, SlingLift
 from simcore.contact.reference import find_penetration
@@ -103,9 +103,9 @@ def build_scene(design: Design, body_name: str, root: Path) -> Scene:
     motion = Motion(device.motion, device.support_angle_rad)
     sling = _sling(design, motion)
     start = STILL if sling else motion(0.0)
-    q = _posture(body, design.posture, surface.recline)
-    q = _place(body, q, surface, start, design.posture)
-    _refuse_penetration(body, q, surface, start, method.contact.initial_penetration_limit_m)
+    posture = _posture(body, design.posture, surface.recline)
+    limit = method.contact.initial_penetration_limit_m
+    q = _carry(_place(body, posture.tobytes(), surface, design.posture.placement, limit), start)
     flesh = distance = None
     if method.contact.law == "foundation":
         flesh = _flesh(body, method.contact)
@@ -161,14 +161,18 @@ def _posture(body: Body, posture: Posture, recline: float) -> np.ndarray:
     return q
 
 
+@lru_cache(maxsize=16)
 def _place(
-    body: Body, q: np.ndarray, surface: Surface, start: DeviceState, posture: Posture
+    body: Body, posture: bytes, surface: Surface, placement: Placement, limit: float
 ) -> np.ndarray:
-    """Move the body in the device frame to its start, then along each approach until it touches."""
-    q = q.copy()
-    q[:3] = posture.placement.pelvis_m
+    """Move the body to its start in the device frame, then along each approach until it touches.
+
+    Inclined or not, a device has its body in the same place: a sweep asks once.
+    """
+    q = np.frombuffer(posture).copy()
+    q[:3] = placement.pelvis_m
     skin = posed_skin(body, q)
-    for direction in posture.placement.approach:
+    for direction in placement.approach:
         unit = np.array(direction) / np.linalg.norm(direction)
         gap = _gap_along(unit, skin, body.skin.faces, surface)
         if not np.isfinite(gap):
@@ -178,6 +182,14 @@ def _place(
         shift = (gap - APPROACH_GAP) * unit
         skin += shift
         q[:3] += shift
+    _refuse_penetration(body, skin, surface, limit)
+    q.flags.writeable = False
+    return q
+
+
+def _carry(q: np.ndarray, start: DeviceState) -> np.ndarray:
+    """Return a configuration in the device frame as one in the world."""
+    q = q.copy()
     q[:3] = start.rotation @ q[:3] + start.position
     q[3:7] = (Rotation.from_matrix(start.rotation) * Rotation.from_quat(q[3:7])).as_quat()
     return q
@@ -204,15 +216,10 @@ def _gap_along(unit: np.ndarray, skin: np.ndarray, faces: np.ndarray, device: Su
     return gap
 
 
-def _refuse_penetration(
-    body: Body, q: np.ndarray, surface: Surface, start: DeviceState, limit: float
-) -> None:
-    skin = posed_skin(body, q)
+def _refuse_penetration(body: Body, skin: np.ndarray, surface: Surface, limit: float) -> None:
+    """Raise where skin (n, 3) in the device frame starts deeper than a limit [m] in the device."""
     found = find_penetration(
-        skin,
-        vertex_normals(body.skin, skin),
-        surface.contact_points @ start.rotation.T + start.position,
-        PENETRATION_SEARCH_RADIUS,
+        skin, vertex_normals(body.skin, skin), surface.contact_points, PENETRATION_SEARCH_RADIUS
     )
     if len(found.depth) and found.depth.max() > limit:
         vertex = found.skin_vertex[found.depth.argmax()]
