@@ -13,6 +13,7 @@ from simcore.body.regions import REGION_NAMES
 from simcore.body.segments import SEGMENT_NAMES
 from simcore.config import Candidate, Design, Study
 from simcore.config.units import units_of_key
+from simcore.energy import TERMS
 from simcore.errors import DesignError
 from simcore.limits.margins import COMPARATIVE, bounds, margin
 from simcore.metrics import JOINTS, METRICS
@@ -34,6 +35,7 @@ TRAJECTORY = {
     "segment_force": (("time", "segment", "xyz"), "N", "contact force on each segment, world axes"),
     "contact_count": (("time",), "1", "points of device, skin or sheet in contact"),
     "depth_max": (("time",), "m", "deepest penetration within the frame"),
+    "energy": (("time", "energy_term"), "J", "energies, and flows of energy since the start"),
     "mat_pressure": (
         ("time", "mat_x", "mat_y"), "Pa", "reading of a sensor mat on what carries the body"
     ),
@@ -70,6 +72,7 @@ def trajectory_dataset(trajectory: Trajectory, pressure: np.ndarray) -> xr.Datas
             "time": ("time", trajectory.time, {"units": "s", "long_name": "time after settling"}),
             "segment": list(SEGMENT_NAMES),
             "xyz": list("xyz"),
+            "energy_term": list(TERMS),
             "skin_vertex": touched.astype(np.int32),
         }
     )

@@ -6,7 +6,7 @@ import pinocchio as pin
 from simcore.body.capsules import fit_capsules
 from simcore.body.segments import PARENTS, SEGMENTS
 from simcore.body.skin_listed import segment_balls, torque_of_wrenches, wrench_listed
-from simcore.contact.self_contact import add_self_contact, overlaps
+from simcore.contact.self_contact import add_self_contact, overlaps, self_contact_power
 from simcore.device.motion import DeviceState
 from simcore.dynamics.adaptive import skin_speed
 from simcore.dynamics.impedance import (
@@ -15,6 +15,7 @@ from simcore.dynamics.impedance import (
     add_point_impedance,
     project_blocks,
 )
+from simcore.dynamics.implicit import joint_power
 from simcore.dynamics.pinocchio_views import view_segments
 from simcore.joint_torque import JointTorque
 from simcore.scene import Scene
@@ -53,6 +54,9 @@ class Interaction:
             np.array([joint.nv for joint in each]),
         )
         self.segment_wrench = np.zeros((len(SEGMENTS), 6))
+        self._velocities_before = np.zeros((len(SEGMENTS), 6))
+        self._mean, self._late = np.zeros((2, self.model.nv))
+        self._moved, self._middle = None, None  # of the last implicit step
         self._contact_torque = np.zeros(self.model.nv)
         self._total_wrench = np.zeros_like(self.segment_wrench)
         self._impedance = np.zeros((self.model.nv, self.model.nv))
@@ -135,6 +139,8 @@ class Interaction:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return all torques but inertial ones (47,), and lag² K + lag D of them (47, 47)."""
         pin.forwardKinematics(self.model, self.data, q, v)
+        self._moved, self._middle = moved, q
+        self._velocities_before[:] = self._views.velocities
         impedance, blocks, contact = self._impedance, self._blocks, self.contact
         impedance[:] = 0.0
         torque = self._torque(moved, q, v, lag)
@@ -160,6 +166,73 @@ class Interaction:
         world's, and neither joints nor self-contact act on them.
         """
         self._late_support = -self._support_impedance @ change / step
+
+    def account(
+        self, v: np.ndarray, change: np.ndarray, step: float, after: DeviceState
+    ) -> np.ndarray:
+        """Return what an implicit step [s] from v (47,) has done, `energy.FLOWS` [J]: Eq. E4.
+
+        After `linearised`, and before anything else moves the model.
+
+        Parameters
+        ----------
+        change : (47,) float64
+            Of the velocity, over the step.
+        after : DeviceState
+            Where the motion program is at the end of the step.
+        """
+        joints, mean, late = self._joints, self._mean, self._late
+        taken, passive, joint_heat, joint_implicit = joint_power(
+            v, change, self._impedance, joints.stiffness, joints.damping, joints.passive_torque,
+            step, mean, late,
+        )
+        pin.forwardKinematics(self.model, self.data, self._middle, mean)
+        flesh_heat, rubbed, flesh_implicit = self.contact.power(self._views, step)
+        limb_heat = limb_implicit = 0.0
+        if self._parts:
+            shapes, law = self._parts
+            limb_heat, limb_implicit = self_contact_power(
+                *shapes, self._views.rotations, self._views.positions, self._velocities_before,
+                self._views.velocities, *law, step,
+            )
+        work, late_work = self._work_of_device(late, step, after)
+        implicit = joint_implicit + flesh_implicit + limb_implicit
+        return np.array([
+            work + late_work,
+            step * passive,
+            step * (joint_heat + flesh_heat + limb_heat),
+            step * rubbed,
+            step * (taken - implicit) + late_work,
+        ])
+
+    def stored_energy(self, q: np.ndarray, v: np.ndarray, moved: DeviceState) -> np.ndarray:
+        """Return the energies `energy.STORED` [J] at q (60,) and v (47,): Eqs. E2 and E3."""
+        kinetic = pin.computeKineticEnergy(self.model, self.data, q, v)
+        potential = pin.computePotentialEnergy(self.model, self.data, q)
+        elastic = self._joints.stored_energy(q) + self.contact.stored_energy(self._views, moved)
+        if self._parts:
+            (pairs, ends, radius, allowed), (stiffness, _) = self._parts
+            depth = overlaps(pairs, ends, radius, self._views.rotations, self._views.positions)
+            elastic += stiffness @ np.maximum(depth - allowed, 0.0) ** 2 / 2
+        return np.array([kinetic, potential, elastic])
+
+    def _work_of_device(
+        self, late: np.ndarray, step: float, after: DeviceState
+    ) -> tuple[float, float]:
+        """Return the work that the device has done in a step, and that of late forces [J].
+
+        The latter are what the impedance takes off the impulse on the root, `late` (47,) [N·s].
+        """
+        moved = self._moved
+        if not (moved.linear_velocity.any() or moved.angular_velocity.any()):
+            return 0.0, 0.0
+        # Were the body carried along as it is, only its root would move.
+        rotation, arm = self._views.rotations[0], self._views.positions[0] - moved.position
+        carried = np.concatenate([
+            moved.linear_velocity + np.cross(moved.angular_velocity, arm),
+            moved.angular_velocity @ rotation,
+        ])
+        return step * float(self._contact_torque[:6] @ carried), -float(late[:6] @ carried)
 
     def _torque(
         self, moved: DeviceState, q: np.ndarray, v: np.ndarray, lag: float

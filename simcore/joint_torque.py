@@ -19,6 +19,8 @@ class JointTorque:
         Of posture control [N·m/rad, N·m·s/rad].
     passive : PassiveJoints or None
         None where the method has no passive structures: then joints have no ranges either.
+    passive_torque : (47,) float64
+        What it did in the last evaluation [N·m].
     """
 
     def __init__(self, scene: Scene):
@@ -26,6 +28,7 @@ class JointTorque:
         self.stiffness, self.damping = joint_gains(model, joints)
         self._control = PostureControl(model, scene.configuration, self.stiffness, self.damping)
         self.passive = PassiveJoints(model) if joints.passive == "anatomical" else None
+        self.passive_torque = np.zeros(model.nv)
 
     def torque(self, q: np.ndarray, v: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
         """Return the torque (47,) at q (60,) and v (47,) [N·m], nothing on the root.
@@ -35,8 +38,14 @@ class JointTorque:
         """
         torque = self._control.torque(q, v)
         if self.passive:
-            self.passive.add_torque(q, v, torque, stiffness)
+            self.passive_torque[:] = 0.0
+            self.passive.add_torque(q, v, self.passive_torque, stiffness)
+            torque += self.passive_torque
         return torque
+
+    def stored_energy(self, q: np.ndarray) -> float:
+        """Return the energy of the springs to the posture at q (60,) [J]."""
+        return self._control.stored_energy(q)
 
 
 def joint_gains(model: pin.Model, joints: Joints) -> tuple[np.ndarray, np.ndarray]:

@@ -7,6 +7,7 @@ import pinocchio as pin
 
 from simcore.body.build import posed_skin
 from simcore.body.segments import SEGMENTS
+from simcore.energy import energy_residual
 from simcore.joint_metrics import joint_range_margin, lifting_speed, neck_moment
 from simcore.recorder import FALL_DISPLACEMENT, Trajectory, sensor_cells
 from simcore.region_metrics import load_at_rest, peaks, slip_share
@@ -64,6 +65,7 @@ METRICS = {
     "joint_range_margin": Metric("1", "least margin of a joint within its range", per="joint"),
     "neck_moment": Metric("N m", "largest torque of the neck's joint while supported"),
     "lifting_speed": Metric("m s-1", "greatest upward speed of what carries the body"),
+    "energy_residual": Metric("1", "energy that no account explains over the energy exchanged"),
     "settled": Metric("1", "body came to rest before the device moved"),
     "simulated_time": Metric("s", "simulated time, settling included"),
     "cpu_time": Metric("s", "processor time of the simulation"),
@@ -128,6 +130,7 @@ def compute_metrics(scene: Scene, trajectory: Trajectory, pressure: np.ndarray) 
         "joint_range_margin": joint_range_margin(scene, trajectory, supported),
         "neck_moment": neck_moment(scene, trajectory, supported),
         "lifting_speed": lifting_speed(scene),
+        "energy_residual": energy_residual(trajectory.energy),
         "settled": float(trajectory.settled),
         "simulated_time": float(time[-1] - time[0]),
         "cpu_time": trajectory.cpu_time,

@@ -8,6 +8,7 @@ import numpy as np
 from simcore.body.build import Body, posed_skin
 from simcore.body.skin import vertex_normals
 from simcore.device.motion import DeviceState
+from simcore.energy import TERMS
 from simcore.interaction import Interaction
 from simcore.pressure import SensorCells, SensorMat
 from simcore.scene import Scene
@@ -63,6 +64,9 @@ class Trajectory:
         Points of device, skin or sheet in contact.
     depth_max : (T,) float64
         Deepest penetration within the frame, every step counted [m].
+    energy : (T, 8) float64
+        `simcore.energy.TERMS`: energies, and flows since the start, at the end of each frame's last
+        step [J]. NaN under explicit steps.
     settled : bool
         Whether the body came to rest before the device moved.
     cpu_time : float
@@ -89,6 +93,7 @@ class Trajectory:
     strap_force: np.ndarray | None
     contact_count: np.ndarray
     depth_max: np.ndarray
+    energy: np.ndarray
     settled: bool
     cpu_time: float
     status: str
@@ -193,6 +198,7 @@ class Recorder:
                 **now.sheet_frame(),
                 "contact_count": now.contact_count,
                 "depth_max": self._depth_max,
+                "energy": np.full(len(TERMS), np.nan),
             }
         )
         for total in (
@@ -201,6 +207,10 @@ class Recorder:
         ):
             total[:] = 0
         self._slipping = self._depth_max = self._duration = 0.0
+
+    def tell_energy(self, energy: np.ndarray) -> None:
+        """Add to the last frame its energies and flows (8,) [J]."""
+        self._frames[-1]["energy"] = energy
 
     def trajectory(
         self, device_start: float, settled: bool, cpu_time: float, status: str, reason: str

@@ -10,6 +10,7 @@ from simcore.device.motion import DeviceState
 from simcore.dynamics.adaptive import StepLadder
 from simcore.dynamics.implicit import IMPLICITNESS, implicit_step
 from simcore.dynamics.integrators import rk4_step
+from simcore.energy import FLOWS
 from simcore.errors import SimulationError
 from simcore.interaction import Interaction
 from simcore.recorder import Recorder, Trajectory
@@ -81,6 +82,7 @@ class _Run:
         self.h = self.ladder.longest
         self.q = scene.configuration.copy()
         self.v = np.zeros(scene.body.model.nv)
+        self.flows = np.zeros(len(FLOWS))  # since the start, of implicit steps
         self.ticks = 0
         self.settled = False
         self.device_start = np.inf  # the device stands still until the body has settled
@@ -120,7 +122,12 @@ class _Run:
                 self.scene.body.model, self.interaction.data, self.linearised, now, q, v, self.h
             )
             self.interaction.conclude(self.v - v, self.h)
+            after = self.moved(now + self.h)
+            self.flows += self.interaction.account(v, self.v - v, self.h, after)
             recorded = self.recorder.observe(now, self.h, q, v, moved)
+            if recorded:
+                stored = self.interaction.stored_energy(self.q, self.v, after)
+                self.recorder.tell_energy(np.concatenate([stored, self.flows]))
         else:
             acceleration = self.acceleration(now, q, v)
             recorded = self.recorder.observe(now, self.h, q, v, moved)

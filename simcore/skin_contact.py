@@ -13,8 +13,9 @@ from simcore.body.skin_listed import (
     edge_change_rate,
     segment_balls,
 )
-from simcore.contact.bed import bed_forces, near_bed
+from simcore.contact.bed import bed_energy, bed_forces, bed_power, near_bed
 from simcore.contact.foundation import foundation_forces
+from simcore.contact.foundation_energy import foundation_energy, foundation_power
 from simcore.contact.near_solid import NearSolid
 from simcore.contact.neighbours import Neighbours
 from simcore.contact.penalty import penalty_forces
@@ -22,6 +23,9 @@ from simcore.contact.tangential import add_parts
 from simcore.device.motion import DeviceState
 from simcore.dynamics.pinocchio_views import SegmentViews
 from simcore.scene import Scene
+
+SIGHT = 2e-3
+"""Skin that was farther off half-way through a step does not touch at its end [m]."""
 
 
 class SkinContact(Protocol):
@@ -55,6 +59,16 @@ class SkinContact(Protocol):
 
     def evaluate(self, segments: SegmentViews, device: DeviceState, lag: float) -> None:
         """Write the forces for the present poses, and the impedances if there is a lag [s]."""
+
+    def power(self, segments: SegmentViews, step: float) -> tuple[float, float, float]:
+        """Return the powers of an implicit step [s]: heat, friction, implicit part [W] (Eq. E4).
+
+        `segments` are where `evaluate` found them, and move with the mean velocity of the step.
+        The implicit part is what of Eq. I1 belongs to the laws of contact, over the whole step.
+        """
+
+    def stored_energy(self, segments: SegmentViews, device: DeviceState) -> float:
+        """Return the elastic energy for the present poses [J]: Eq. E3."""
 
     def add_skin_impulses(
         self, duration: float, normal: np.ndarray, tangential: np.ndarray
@@ -180,6 +194,10 @@ class FoundationContact(_OnSkin):
             law.tissue == "stiffening", law.damping_time_s, law.friction_coefficient,
         )
         self._friction = law.friction_coefficient
+        self._depths, self._steepness = np.zeros((2, skin.vertex_count))
+        self._mean_velocities, self._shown, self._stretch = np.zeros((3, skin.vertex_count, 3))
+        self._sticks = np.zeros(skin.vertex_count, bool)
+        self._slid, self._lag, self._pressed = np.zeros(1), 0.0, self.listed
         self._anchor = np.zeros((body.skin.vertex_count, 3))
         self._closed = np.zeros(body.skin.vertex_count, bool)
         self._mat = cKDTree(scene.surface.contact_points)
@@ -198,12 +216,39 @@ class FoundationContact(_OnSkin):
             gone = np.setdiff1d(before, self.listed, assume_unique=True)
             self.normal_force[gone], self._closed[gone] = 0.0, False
         self._move(segments)
-        self._device = device
-        self.contact_count, self.depth_max, self.deepest = foundation_forces(
+        self._device, self._lag = device, lag
+        self.contact_count, self.depth_max, self.deepest, self._pressed = foundation_forces(
             self.listed, self.points, self._velocities, *self._field, device.rotation,
             device.position, device.linear_velocity, device.angular_velocity, *self._flesh, lag,
             self._anchor, self._closed, self.force, self.normal_force, self.normals, self.along,
-            self.across,
+            self.across, self._depths, self._steepness, self._sticks, self._stretch,
+            self._slid,
+        )
+
+    def power(self, segments: SegmentViews, step: float) -> tuple[float, float, float]:
+        """Implement `SkinContact.power`."""
+        pressed, device = self._pressed, self._device
+        blend_motion_listed(
+            pressed, *self._influences, segments.rotations, segments.positions,
+            segments.velocities, self.points, self._mean_velocities,
+        )
+        heat, implicit = foundation_power(
+            pressed, self.points, self._velocities, self._mean_velocities, device.position,
+            device.linear_velocity, device.angular_velocity, *self._flesh[:5], self._lag, step,
+            self._depths, self._steepness, self.normals, self.normal_force, self._sticks,
+        )
+        slid, self._slid[0] = self._slid[0], 0.0
+        return heat, slid / step, implicit
+
+    def stored_energy(self, segments: SegmentViews, device: DeviceState) -> float:
+        """Implement `SkinContact.stored_energy`."""
+        near = self.listed[self._depths[self.listed] > -SIGHT]
+        blend_listed(
+            near, *self._influences, segments.rotations, segments.positions, self._shown
+        )
+        return foundation_energy(
+            near, self._shown, *self._field, device.rotation, device.position, *self._flesh[:4],
+            self._anchor, self._closed,
         )
 
     def clearance(self, segments: SegmentViews, device: DeviceState) -> np.ndarray:
@@ -234,6 +279,7 @@ class MattressContact(_OnSkin):
         )
         self._friction = bed.friction_coefficient
         self.normals[:, 2] = 1.0
+        self._mean_velocities, self._shown = np.zeros((2, *self.normals.shape))
 
     def look(self, skin: np.ndarray, margin: float) -> None:
         """List the skin vertices (n, 3) over the bed and lower than the margin [m]."""
@@ -247,6 +293,23 @@ class MattressContact(_OnSkin):
             self.normal_force, self.along, self.across,
         )
 
+    def power(self, segments: SegmentViews, step: float) -> tuple[float, float, float]:
+        """Implement `SkinContact.power`."""
+        blend_motion_listed(
+            self.listed, *self._influences, segments.rotations, segments.positions,
+            segments.velocities, self.points, self._mean_velocities,
+        )
+        return bed_power(
+            self.listed, self.points, self._velocities, self._mean_velocities, *self._law, step,
+            self.normal_force,
+        )
+
+    def stored_energy(self, segments: SegmentViews, device: DeviceState) -> float:
+        """Implement `SkinContact.stored_energy`."""
+        blend_listed(
+            self.listed, *self._influences, segments.rotations, segments.positions, self._shown
+        )
+        return bed_energy(self.listed, self._shown, *self._law[:2])
 
 def contact_with_device(scene: Scene) -> SkinContact:
     """Return the contact of the skin with the rigid part of a scene."""

@@ -7,6 +7,7 @@ from simcore.compiled import compiled
 from simcore.config.designs import SheetPenalty
 from simcore.contact import tracking
 from simcore.contact.foundation import SHEAR_SHARE, STRAIN_MAX
+from simcore.contact.foundation_energy import energy_between
 from simcore.contact.tangential import add_parts
 from simcore.errors import SimulationError
 from simcore.scene import Scene, segment_of_vertex
@@ -43,6 +44,8 @@ class SheetOnSkin:
         Mean force on each skin vertex, world axes, and its normal part [N]; zero elsewhere.
     given_back : (3,) float64
         Impulse that the sheet was last given back [N s].
+    energy_given_back : float
+        By which it was faster then [J].
     skin_direction : (n, 3), skin_along, skin_across : (n,) float64
         Normal, and impedance lag² K + lag D along and across it [kg], of the sheet on each skin
         vertex that is touched; zero elsewhere.
@@ -78,7 +81,7 @@ class SheetOnSkin:
         self.skin_normal = np.zeros(skin.vertex_count)
         self.skin_direction = np.zeros((skin.vertex_count, 3))
         self.skin_along, self.skin_across = np.zeros((2, skin.vertex_count))
-        self.given_back = np.zeros(3)
+        self.given_back, self.energy_given_back = np.zeros(3), 0.0
         self._lag, self._inertia = lag, scene.sling.solver.inertia
         # Of each sheet vertex: the skin vertex that it pressed in the last step, and how.
         self._pressed = np.full(len(net.mass), -1)
@@ -100,13 +103,18 @@ class SheetOnSkin:
         near = tracker.vertex[(tracker.gap <= tracking.NEAR) & (tracker.vertex >= 0)]
         return np.concatenate([near, self._pressed[self._pressed >= 0]])
 
+    @property
+    def followed(self) -> np.ndarray:
+        """Skin vertices (l,) that carry a plane."""
+        return self._tracker.vertex[self.planes.active]
+
     def give_back(self, sheet: SheetState, skin_velocity: np.ndarray) -> None:
         """Give the sheet what an implicit step of the body did not take of its force (Eq. S13).
 
         That is the impedance times the change of the skin's velocity since the planes were set.
         """
         if self._lag:
-            self.given_back = _give_back(
+            self.given_back, self.energy_given_back = _give_back(
                 self._pressed, self._direction, self._along, self._across, skin_velocity,
                 self.planes.surface_velocity, self._inertia, sheet.velocity,
             )
@@ -133,6 +141,22 @@ class SheetOnSkin:
                 self._net.vertex_area, *self._flesh, planes.stiffness, planes.damping,
                 planes.tangential_stiffness, planes.tangential_damping, planes.offset,
             )
+
+    def stored_energy(self, sheet: SheetState, skin: np.ndarray) -> float:
+        """Return the elastic energy of flesh between sheet and skin [J]: Eq. E3.
+
+        Parameters
+        ----------
+        skin : (n, 3) float64
+            Skin vertices in the world where the sheet touches them [m].
+        """
+        planes = self.planes
+        modulus, stiffening = (np.empty(0), False) if self._law else self._flesh[:2]
+        return energy_between(
+            planes.active, self._tracker.vertex, sheet.position, skin, planes.normal,
+            self._thickness, self._net.vertex_area, modulus, stiffening, planes.stiffness,
+            planes.tangential_stiffness, planes.anchor, planes.friction_coefficient > 0,
+        )
 
     def refuse_passing(self, time: float) -> None:
         """Raise where a point of the sheet has come to the middle of a limb, or to the bone."""
@@ -348,8 +372,11 @@ def _spread(
 def _give_back(
     pressed, direction, along, across, skin_velocity, skin_velocity_then, inertia, velocity
 ):
-    """Add to the velocity (m, 3) of each sheet vertex what it is given back; return the sum."""
-    change, total = np.empty(3), np.zeros(3)
+    """Add to the velocity (m, 3) of each sheet vertex what it is given back.
+
+    Returns the sum of the impulses [N s] and of the kinetic energies [J].
+    """
+    change, total, energy = np.empty(3), np.zeros(3), 0.0
     for p in range(pressed.size):
         i = pressed[p]
         if i < 0:
@@ -361,6 +388,7 @@ def _give_back(
         for a in range(3):
             normal = out * direction[p, a]
             impulse = along[p] * normal + across[p] * (change[a] - normal)
+            energy += impulse * (velocity[p, a] + 0.5 * impulse / inertia[p])
             velocity[p, a] += impulse / inertia[p]
             total[a] += impulse
-    return total
+    return total, energy

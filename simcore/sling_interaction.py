@@ -16,6 +16,8 @@ from simcore.dynamics.implicit import IMPLICITNESS
 from simcore.errors import SimulationError
 from simcore.interaction import Interaction
 from simcore.scene import Scene
+from simcore.sheet.energy import bed_power, dashpot_power, stored_energy
+from simcore.sheet.hanging import bar_points
 from simcore.sheet.solver import SheetState
 from simcore.sling_contact import SheetOnSkin
 
@@ -25,6 +27,11 @@ BED_MARGIN = 0.01
 LANDMARKS, LANDMARK_RADIUS = ("pelvis", "thoracic"), 0.1
 """Segments whose place on the sheet is watched, and the radius of the patch of the sheet that lies
 under each at the start [m]."""
+
+
+DASHPOTS_EVERY = 4
+"""Exchanges for which the heat of springs and straps is taken from one moment: 1 or 2 J of some 400
+in the shipped slings. To look at all springs costs as much as a sub-step."""
 
 
 class SlingInteraction(Interaction):
@@ -47,11 +54,13 @@ class SlingInteraction(Interaction):
         implicit = scene.method.integrator == "implicit"
         self._on_skin = SheetOnSkin(scene, implicit * IMPLICITNESS * scene.method.time_step_s)
         self._skin = np.zeros((skin.vertex_count, 3))
-        self._skin_velocity = np.zeros((skin.vertex_count, 3))
+        self._skin_velocity, self._shown = np.zeros((2, skin.vertex_count, 3))
         self._all = np.arange(skin.vertex_count)
         self._bed_wrench = np.zeros_like(self.segment_wrench)
         self._sheet_wrench = np.zeros_like(self.segment_wrench)
         self._outer_force = np.zeros(3)  # on the sheet, of straps and bed
+        self._spent = np.zeros(3)  # heat, friction and numerical loss that are not yet told
+        self._bar, _ = bar_points(self._solver.sheet.straps, scene.motion(0.0))
         self._landmarks = self._lay_landmarks(scene)
         self.strap_force = np.zeros((len(self._solver.sheet.straps.length), 3))
 
@@ -76,8 +85,50 @@ class SlingInteraction(Interaction):
         self._on_skin.refuse_passing((self._steps - 1) * self._step / self._steps_per_exchange)
         reaction = self._solver.advance(self.sheet, self._step, self._on_skin.planes, moved)
         self._on_skin.press(reaction.contact)
+        self._spend_by_sheet(reaction.spent, moved)
         self.strap_force = reaction.strap_force
         self._outer_force = self.strap_force.sum(axis=0) + reaction.bed_force
+
+    def account(
+        self, v: np.ndarray, change: np.ndarray, step: float, after: DeviceState
+    ) -> np.ndarray:
+        """Return `energy.FLOWS` of a step [J], those of the sheet with the exchange."""
+        flows = super().account(v, change, step, after)
+        flows[2:] += self._spent
+        self._spent[:] = 0.0
+        return flows
+
+    def stored_energy(self, q: np.ndarray, v: np.ndarray, moved: DeviceState) -> np.ndarray:
+        """Return `energy.STORED` of body, sheet and what is between [J]."""
+        of_body = super().stored_energy(q, v, moved)
+        on_skin = self._on_skin
+        blend_listed(
+            on_skin.followed, *self._influences, self._views.rotations, self._views.positions,
+            self._shown,
+        )
+        solver = self._solver
+        of_sheet = stored_energy(solver.sheet, solver.inertia, self.sheet, moved)
+        of_sheet[2] += on_skin.stored_energy(self.sheet, self._shown)
+        return of_body + of_sheet
+
+    def _work_of_device(
+        self, late: np.ndarray, step: float, after: DeviceState
+    ) -> tuple[float, float]:
+        """Return the work of the bar on the straps in a step [J]; the bed does none."""
+        points, _ = bar_points(self._solver.sheet.straps, after)
+        way, self._bar = points - self._bar, points
+        return float((self.strap_force * way).sum()), 0.0
+
+    def _spend_by_sheet(self, of_planes: np.ndarray, moved: DeviceState) -> None:
+        """Add what the exchange has spent (Eq. E5): bed, sheet and straps by their powers."""
+        solver, exchange = self._solver, (self._steps - 1) // self._steps_per_exchange
+        self._spent += of_planes
+        self._spent[:2] += self._step * np.array(bed_power(solver.sheet.bed, self.sheet))
+        if exchange % DASHPOTS_EVERY == 0:
+            self._spent[0] += DASHPOTS_EVERY * self._step * dashpot_power(
+                solver.sheet, solver.damping_time, self.sheet, moved
+            )
+        self._spent[2] -= self._on_skin.energy_given_back
 
     @property
     def support_force(self) -> np.ndarray:

@@ -60,6 +60,7 @@ def figures(margin: float, sling: bool = False) -> dict:
         "joint_excursion": np.full(len(JOINTS), 0.1),
         "joint_range_margin": np.linspace(0.5, 0.3, len(JOINTS)),
         "neck_moment": 2.0,
+        "energy_residual": 0.002,
         "lifting_speed": 0.15,
         "settled": 1.0,
         "simulated_time": 9.0,

@@ -88,7 +88,7 @@ class Watched:
 
     def __init__(self, solver, meddle=None):
         self.solver, self.sheet, self.inertia = solver, solver.sheet, solver.inertia
-        self.meddle = meddle
+        self.meddle, self.damping_time = meddle, solver.damping_time
         self.reactions = []
 
     def advance(self, state, dt, contact, bar):

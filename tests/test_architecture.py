@@ -20,7 +20,7 @@ JOINTS = ("scene", "skin_contact", "joint_torque", "interaction", "sling_contact
 JOIN_DATASETS = ("dataset.py", "sweep.py", "certificate.py")
 
 
-SHARED = ("limits", "pressure", "pressure_scale", "provenance")
+SHARED = ("energy", "limits", "pressure", "pressure_scale", "provenance")
 """Know no other room, but for the decorator of kernels."""
 
 

@@ -6,48 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pressed_skin import AREA, D, E, Skin, half_space
 
 from simcore.body.tissue import Tissue, linear_pressure, stiffening_pressure
-from simcore.contact.foundation import SHEAR_SHARE, foundation_forces
+from simcore.contact.foundation import SHEAR_SHARE
 from simcore.contact.near_solid import REACHES, UNSEEN, NearSolid
 
-E, D, AREA = 5.0e4, 0.04, 2.0e-4
 varied = settings(max_examples=40, deadline=None)
-
-
-def half_space(normal=(0.0, 0.0, 1.0)):
-    """Distance grid of the half space under a plane through the origin, ± 0.3 m about it."""
-    spacing = 0.02
-    axis = np.arange(-0.3, 0.3 + spacing / 2, spacing)
-    x, y, z = np.meshgrid(axis, axis, axis, indexing="ij")
-    values = normal[0] * x + normal[1] * y + normal[2] * z
-    return values.astype(np.float32), np.full(3, axis[0]), spacing
-
-
-class Skin:
-    """Points on a solid that may be turned and moving."""
-
-    def __init__(self, points, field=None, rotation=None, origin=(0.0, 0.0, 0.0),
-                 stiffening=False, damping=0.0, friction=0.5):
-        self.points = np.array(points, float)
-        self.n = len(self.points)
-        self.velocities = np.zeros((self.n, 3))
-        self.field = field or half_space()
-        self.rotation = np.eye(3) if rotation is None else rotation
-        self.origin = np.array(origin, float)
-        self.linear, self.turn = np.zeros(3), np.zeros(3)
-        self.law = stiffening, damping, friction
-        self.anchor, self.closed = np.zeros((self.n, 3)), np.zeros(self.n, bool)
-        self.force, self.normals = np.zeros((2, self.n, 3))
-        self.normal, self.along, self.across = np.zeros((3, self.n))
-
-    def evaluate(self, lag=0.0):
-        flesh = (np.full(self.n, AREA), np.full(self.n, E), np.full(self.n, D))
-        return foundation_forces(
-            np.arange(self.n), self.points, self.velocities, *self.field, self.rotation,
-            self.origin, self.linear, self.turn, *flesh, *self.law, lag, self.anchor,
-            self.closed, self.force, self.normal, self.normals, self.along, self.across,
-        )
 
 
 @varied

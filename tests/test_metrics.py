@@ -45,6 +45,7 @@ def still(scene, **changes):
         "shear": np.zeros((count, scene.body.skin.vertex_count), np.float32),
         "slip_force": np.zeros(count),
         "contact_count": np.zeros(count, int), "depth_max": np.zeros(count),
+        "energy": np.linspace(0, 100, count)[:, None] * [0, 1, 0, 0.99, 0, 0, 0, 0],
         "settled": True, "cpu_time": 1.5, "status": "ok", "reason": "",
     }
     return Trajectory(**values | changes)

@@ -127,6 +127,7 @@ def still(scene) -> tuple[Trajectory, np.ndarray]:
         strap_force=np.zeros((4, len(sling.solver.sheet.straps.length), 3)) if sling else None,
         contact_count=np.zeros(4, int),
         depth_max=np.zeros(4),
+        energy=np.full((4, 8), np.nan),
         settled=True, cpu_time=1.0, status="ok", reason="",
     )
     return trajectory, pressure

@@ -125,7 +125,7 @@ def test_momenta_are_kept_to_rounding():
 
 def test_sag_does_not_depend_on_the_mesh():
     """1 m² of fabric held on all edges under 600 N/m²: membrane sag at 1k, 4k and 16k vertices."""
-    sags, speed = membrane_sags()
+    sags, speed, _ = membrane_sags()
     assert speed < 2e-3
     assert sags == pytest.approx([sags[-1]] * 3, rel=0.02)
 

@@ -61,6 +61,9 @@ STAGES = {
         "simcore.sling_contact:SheetOnSkin.refuse_passing",
         "simcore.sling_contact:SheetOnSkin.press",
     ),
+    "energy": (
+        "simcore.interaction:Interaction.account", "simcore.interaction:Interaction.stored_energy",
+    ),
     "recorder": ("simcore.recorder:Recorder.observe",),
 }
 """Stage → functions and methods, by module and name; what one calls of another stage counts

@@ -68,3 +68,43 @@ def bed_forces(
             along[i] = lag * (lag + damping_time) * area[i] * stiffness
             across[i] = lag * hold
     return count, depth_max, deepest
+
+
+@compiled
+def bed_energy(listed, vertices, area, stiffness):
+    """Return Σ A K d²/2 of the mattress under the listed skin vertices [J]; Eq. 14."""
+    stored = 0.0
+    for i in listed:
+        depth = max(-vertices[i, 2], 0.0)
+        stored += 0.5 * area[i] * stiffness * depth * depth
+    return stored
+
+
+@compiled
+def bed_power(
+    listed, vertices, before, mean, area, stiffness, damping_time, friction, slip_speed, step,
+    normal_force,
+):
+    """Return heat and friction of a mattress [W], and their implicit part [W]: Eq. E4.
+
+    As `simcore.contact.foundation_energy.foundation_power`, of the law of `bed_forces`: its
+    friction is viscous, with the viscosity of the velocities before.
+    """
+    heat = rubbed = implicit = 0.0
+    for i in listed:
+        depth = -vertices[i, 2]
+        if depth <= 0.0:
+            continue
+        k, rate = area[i] * stiffness, -mean[i, 2]
+        change = 2.0 * (before[i, 2] - mean[i, 2])
+        if normal_force[i] > 0.0:
+            heat += k * damping_time * rate * rate
+            implicit += k * (0.25 * step + 0.5 * damping_time) * change * rate
+        else:
+            heat -= k * (depth + 0.25 * step * change) * rate
+        u, v = before[i, 0], before[i, 1]
+        hold = friction * normal_force[i] / max(np.sqrt(u * u + v * v), slip_speed)
+        x, y = mean[i, 0], mean[i, 1]
+        rubbed += hold * (x * x + y * y)
+        implicit += hold * ((x - u) * x + (y - v) * y)
+    return heat, rubbed, implicit

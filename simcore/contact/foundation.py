@@ -16,7 +16,7 @@ SHEAR_SHARE = 1 / 3
 def foundation_forces(
     listed, points, velocities, values, origin, spacing, rotation, position, linear_velocity,
     turn, area, modulus, thickness, stiffening, damping_time, friction, lag, anchor,
-    closed, force, normal_force, normals, along, across,
+    closed, force, normal_force, normals, along, across, depths, steepness, sticks, stretch, slid,
 ):
     """Write the force of a rigid solid on each listed skin vertex.
 
@@ -55,6 +55,14 @@ def foundation_forces(
         On the skin, its normal part [N] and the outward normal of the solid; world.
     along, across : (n,) float64
         Impedance lag² K + lag D of the contact, normal and tangential [kg].
+    depths, steepness : (n,) float64
+        d [m], overwritten where listed, and ‖∇φ‖, where pressed.
+    sticks : (n,) bool
+        Whether F is not cut; overwritten where listed.
+    stretch : (n, 3) float64
+        Along the surface, of the friction spring of what touches, frame of the solid [m].
+    slid : (1,) float64
+        Energy spent by friction springs, added to [J] (Eq. E5).
 
     Returns
     -------
@@ -62,11 +70,15 @@ def foundation_forces(
     depth_max : float
     deepest : int
         Deepest vertex, −1 without contact.
+    pressed : (p,) int64
+        Vertices that bear force or are inside.
     """
     count, depth_max, deepest = 0, 0.0, -1
+    pressed, pressed_count = np.empty(listed.size, np.int64), 0
     for i in listed:
         force[i, 0] = force[i, 1] = force[i, 2] = normal_force[i] = 0.0
         along[i] = across[i] = 0.0
+        sticks[i] = False
         x, y, z = (points[i, 0] - position[0], points[i, 1] - position[1],
                    points[i, 2] - position[2])
         px = rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z
@@ -81,11 +93,22 @@ def foundation_forces(
         w = velocities[i, 2] - linear_velocity[2] - turn[0] * y + turn[1] * x
         rate = -(nx * u + ny * v + nz * w)
         depth = -distance
+        depths[i] = depth
         soft = area[i] * modulus[i] / thickness[i]
+        shear = SHEAR_SHARE * soft
         normal, stiffness = _press(
             depth, rate, soft, thickness[i], stiffening, damping_time, lag
         )
+        length = np.sqrt(gx * gx + gy * gy + gz * gz)
+        if normal > 0.0 or depth > 0.0:
+            pressed[pressed_count] = i
+            pressed_count += 1
+            steepness[i] = length
+            normals[i, 0], normals[i, 1], normals[i, 2] = nx / length, ny / length, nz / length
         if normal <= 0.0:
+            if closed[i]:
+                slid[0] += 0.5 * shear * (
+                    stretch[i, 0] ** 2 + stretch[i, 1] ** 2 + stretch[i, 2] ** 2)
             closed[i] = False
             continue
         if depth > 0.0:
@@ -93,31 +116,33 @@ def foundation_forces(
             if depth > depth_max:
                 depth_max, deepest = depth, i
         along[i] = lag * stiffness * (lag + damping_time)
-        length = np.sqrt(gx * gx + gy * gy + gz * gz)
         normal_force[i] = normal * length
-        normals[i, 0], normals[i, 1], normals[i, 2] = nx / length, ny / length, nz / length
         force[i, 0], force[i, 1], force[i, 2] = normal * nx, normal * ny, normal * nz
         if not closed[i]:
             closed[i] = True
             anchor[i, 0], anchor[i, 1], anchor[i, 2] = px, py, pz
+            stretch[i, 0] = stretch[i, 1] = stretch[i, 2] = 0.0
         # Friction, in the frame of the solid.
         a = rotation[0, 0] * u + rotation[1, 0] * v + rotation[2, 0] * w
         b = rotation[0, 1] * u + rotation[1, 1] * v + rotation[2, 1] * w
         c = rotation[0, 2] * u + rotation[1, 2] * v + rotation[2, 2] * w
-        shear = SHEAR_SHARE * soft
         fx, fy, fz, cut = _hold(
             px - anchor[i, 0] + damping_time * a, py - anchor[i, 1] + damping_time * b,
             pz - anchor[i, 2] + damping_time * c, gx / length, gy / length, gz / length, shear,
             friction * normal_force[i],
         )
         across[i] = cut * lag * shear * (lag + damping_time)
+        sticks[i] = cut == 1.0
+        slid[0] += _stretch_on(
+            i, px - anchor[i, 0], py - anchor[i, 1], pz - anchor[i, 2], gx / length, gy / length,
+            gz / length, fx, fy, fz, shear, cut, stretch)
         if cut < 1.0:
             anchor[i, 0], anchor[i, 1], anchor[i, 2] = (
                 px + fx / shear, py + fy / shear, pz + fz / shear)
         force[i, 0] += rotation[0, 0] * fx + rotation[0, 1] * fy + rotation[0, 2] * fz
         force[i, 1] += rotation[1, 0] * fx + rotation[1, 1] * fy + rotation[1, 2] * fz
         force[i, 2] += rotation[2, 0] * fx + rotation[2, 1] * fy + rotation[2, 2] * fz
-    return count, depth_max, deepest
+    return count, depth_max, deepest, pressed[:pressed_count].copy()
 
 
 @compiled
@@ -144,3 +169,23 @@ def _hold(ex, ey, ez, nx, ny, nz, shear, limit):
         return fx, fy, fz, 1.0
     cut = limit / size
     return cut * fx, cut * fy, cut * fz, cut
+
+
+@compiled
+def _stretch_on(i, ex, ey, ez, nx, ny, nz, fx, fy, fz, shear, cut, stretch):
+    """Write the stretch of a friction spring; return what it spends as its tie slips [J]: Eq. E5.
+
+    e is the way from the tie before it slips, F the friction.
+    """
+    out = nx * ex + ny * ey + nz * ez
+    ex, ey, ez = ex - out * nx, ey - out * ny, ez - out * nz
+    sx, sy, sz = stretch[i, 0], stretch[i, 1], stretch[i, 2]
+    out = nx * sx + ny * sy + nz * sz
+    spent = 0.5 * shear * out * out
+    if cut < 1.0:
+        kx, ky, kz = -fx / shear, -fy / shear, -fz / shear
+        spent += 0.5 * shear * (
+            (ex - kx) * (sx + kx) + (ey - ky) * (sy + ky) + (ez - kz) * (sz + kz))
+        ex, ey, ez = kx, ky, kz
+    stretch[i, 0], stretch[i, 1], stretch[i, 2] = ex, ey, ez
+    return spent

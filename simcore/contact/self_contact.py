@@ -54,9 +54,7 @@ def add_self_contact(
         along[e] = 0.0
         if depth <= 0.0:
             continue
-        u, w = (_velocity(i, at_i, rotations, positions, local_velocities),
-                _velocity(j, at_j, rotations, positions, local_velocities))
-        rate = n[0] * (u[0] - w[0]) + n[1] * (u[1] - w[1]) + n[2] * (u[2] - w[2])
+        rate = _approach(i, j, n, at_i, at_j, rotations, positions, local_velocities)
         size = max(stiffness[e] * depth + damping[e] * rate, 0.0)
         if size > 0.0:
             along[e] = lag * (lag * stiffness[e] + damping[e])
@@ -134,6 +132,14 @@ def _velocity(segment, point, rotations, positions, local):
 
 
 @compiled
+def _approach(i, j, n, at_i, at_j, rotations, positions, local):
+    """Return how fast the touching points of two segments come together along n."""
+    u = _velocity(i, at_i, rotations, positions, local)
+    w = _velocity(j, at_j, rotations, positions, local)
+    return n[0] * (u[0] - w[0]) + n[1] * (u[1] - w[1]) + n[2] * (u[2] - w[2])
+
+
+@compiled
 def _add(segment, point, force, positions, wrench):
     x, y, z = (point[0] - positions[segment, 0], point[1] - positions[segment, 1],
                point[2] - positions[segment, 2])
@@ -142,3 +148,31 @@ def _add(segment, point, force, positions, wrench):
     wrench[segment, 3] += y * force[2] - z * force[1]
     wrench[segment, 4] += z * force[0] - x * force[2]
     wrench[segment, 5] += x * force[1] - y * force[0]
+
+
+@compiled
+def self_contact_power(
+    pairs, ends, radius, allowed, rotations, positions, before, mean, stiffness, damping, step,
+):
+    """Return what the dashpots between limbs turn into heat [W], and their implicit part [W].
+
+    As `simcore.contact.foundation_energy.foundation_power`; `before` and `mean` (m, 6) are the
+    velocities of the segments that the forces were told and that the step took, in their own axes.
+    """
+    heat = implicit = 0.0
+    for e in range(pairs.shape[0]):
+        i, j = pairs[e, 0], pairs[e, 1]
+        overlap, n, at_i, at_j = _meet(i, j, ends, radius, rotations, positions)
+        depth = overlap - allowed[e]
+        if depth <= 0.0:
+            continue
+        first = _approach(i, j, n, at_i, at_j, rotations, positions, before)
+        rate = _approach(i, j, n, at_i, at_j, rotations, positions, mean)
+        change = 2.0 * (rate - first)
+        spring = 0.25 * step * stiffness[e] * change
+        if stiffness[e] * depth + damping[e] * first > 0.0:
+            heat += damping[e] * rate * rate
+            implicit += (spring + 0.5 * damping[e] * change) * rate
+        else:
+            heat -= (stiffness[e] * depth + spring) * rate
+    return heat, implicit

@@ -6,6 +6,8 @@ import numpy as np
 import pinocchio as pin
 from scipy.linalg.lapack import dposv
 
+from simcore.compiled import compiled
+
 Linearised = Callable[[float, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 IMPLICITNESS = 0.55
@@ -52,3 +54,40 @@ def implicit_step(
         change = np.full_like(v, np.nan)
     after = v + change
     return pin.integrate(model, middle, step / 2 * after), after
+
+
+@compiled
+def joint_power(v, change, impedance, stiffness, damping, passive_torque, step, mean, late):
+    """Return the powers of a step in the coordinates of the joints (Eq. E4).
+
+    Parameters
+    ----------
+    v, change : (nv,) float64
+        Velocity before the step, and its change.
+    impedance : (nv, nv) float64
+        Z = θh D + (θh)² K of all.
+    stiffness, damping : (nv,) float64
+        k_P and k_D of the joints.
+    passive_torque : (nv,) float64
+        [N·m]
+    step : float
+        h [s].
+    mean, late : (nv,) float64
+        Written: v̄ = v + Δv/2, and Z Δv, the impulse that the impedance takes.
+
+    Returns
+    -------
+    taken, passive, heat, implicit : float
+        v̄ · Z Δv/h, that of passive torques, k_D v̄², and (h/4 k_P + 1/2 k_D) Δv v̄ [W].
+    """
+    taken = passive = heat = implicit = 0.0
+    for i in range(v.size):
+        mean[i] = v[i] + 0.5 * change[i]
+        late[i] = 0.0
+        for j in range(v.size):
+            late[i] += impedance[i, j] * change[j]
+        taken += mean[i] * late[i] / step
+        passive += passive_torque[i] * mean[i]
+        heat += damping[i] * mean[i] * mean[i]
+        implicit += (0.25 * step * stiffness[i] + 0.5 * damping[i]) * change[i] * mean[i]
+    return taken, passive, heat, implicit

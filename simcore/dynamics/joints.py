@@ -35,3 +35,11 @@ class PostureControl:
         """Return τ_joint (nv,) [N·m]."""
         error = pin.difference(self._model, q, self._reference)
         return self._stiffness * error - self._damping * v
+
+    def stored_energy(self, q: np.ndarray) -> float:
+        """Return k_P ‖θ_ref ⊖ θ‖² / 2 of all joints [J].
+
+        The potential of τ where a joint has one k_P for all its degrees of freedom.
+        """
+        error = pin.difference(self._model, q, self._reference)
+        return float(self._stiffness @ error**2) / 2

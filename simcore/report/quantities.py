@@ -58,6 +58,7 @@ QUANTITIES = {
     "joint_range_margin": Quantity("Margin of a joint's range", "", 1.0, 2),
     "neck_moment": Quantity("Torque of the neck", "N·m", 1.0, 1),
     "lifting_speed": Quantity("Lifting speed", "m/s", 1.0, 2),
+    "energy_residual": Quantity("Energy unexplained", "%", 1e2, 2),
     "simulated_time": Quantity("Simulated time", "s", 1.0, 1),
     "cpu_time": Quantity("Processor time", "s", 1.0, 1),
 }

@@ -17,6 +17,9 @@ SUPPORT_RATIO = (0.99, 1.01)
 SPREAD_MAX = 0.02
 """At rest the support force hardly changes: so much of the weight, as a standard deviation."""
 
+ENERGY_MAX = 0.01
+"""Energy that no account explains stays below so much of the energy exchanged."""
+
 ROWS_MAX = 1000
 """Rows of the table; more are left to the dataset."""
 
@@ -65,6 +68,7 @@ METRIC_COLUMNS = {
     "support_force_ratio": "Support force / weight",
     "support_force_spread": "Unsteady by",
     "max_penetration": "Deepest penetration",
+    "energy_residual": "Energy unexplained",
 }
 """Metrics of the table and their headings; left out where no candidate has one."""
 
@@ -122,6 +126,8 @@ def trust_summary(ds: xr.Dataset) -> list[dict]:
     counted = "; the sheet's weight counted" if has_sheet else ""
     depth, settled = _values(ds["max_penetration"].where(good)), _values(ds["settled"].where(good))
     speed = _values((ds["simulated_time"] / ds["cpu_time"]).where(good))
+    energy = _values(ds["energy_residual"].where(good))
+    balanced = int((energy <= ENERGY_MAX).sum())
     failed = int((~good).sum())
     tiles = [
         ("Support force over weight, at rest", _range(ratio, "support_force_ratio"),
@@ -133,6 +139,10 @@ def trust_summary(ds: xr.Dataset) -> list[dict]:
         ("Deepest penetration", _range(depth, "max_penetration"),
          f"of {'bed or sheet' if has_sheet else 'the device'} into the skin, while supported",
          None),
+        ("Energy unexplained", _range(energy, "energy_residual"),
+         f"of the energy exchanged; {balanced} of {len(energy)} candidates up to "
+         f"{ENERGY_MAX:.0%}" if len(energy) else "explicit steps keep no accounts of energy",
+         balanced == len(energy) if len(energy) else None),
         ("Settled before the device moved", f"{int(settled.sum())} of {len(settled)}",
          "the rest still moved when the device started", bool(len(settled) and settled.all())),
         ("Failed simulations", f"{failed} of {verdicts.size}",
@@ -157,7 +167,10 @@ def _figures(
     settled, speed = (
         figures["settled"].item(), (figures["simulated_time"] / figures["cpu_time"]).item()
     )
-    bounds = {"support_force_ratio": SUPPORT_RATIO, "support_force_spread": (0, SPREAD_MAX)}
+    bounds = {
+        "support_force_ratio": SUPPORT_RATIO, "support_force_spread": (0, SPREAD_MAX),
+        "energy_residual": (0, ENERGY_MAX),
+    }
     out_of_bounds = [
         name in bounds and np.isfinite(value)
         and not bounds[name][0] <= value <= bounds[name][1]

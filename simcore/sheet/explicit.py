@@ -57,6 +57,8 @@ class ExplicitSolver:
     ----------
     inertia : (n,) float64
         Of the vertices [kg].
+    substep, damping_time : float
+        [s]
 
     Raises
     ------
@@ -82,7 +84,7 @@ class ExplicitSolver:
                 f"more than {added_inertia_max:g} kg of added inertia; accepted: above 0 to "
                 f"{longest:.3g}"
             )
-        self.substep, self._damping_time = substep, damping_time
+        self.substep, self.damping_time = substep, damping_time
         mass = sheet.net.mass
         self.inertia = np.maximum(mass, self._needed_inertia(substep))
 
@@ -101,22 +103,23 @@ class ExplicitSolver:
         count = max(1, int(np.ceil(dt / self.substep * (1 - 1e-9))))
         points, velocities = bar_points(straps, bar)
         rows = gather_rows(contact)
-        strap_impulse = np.zeros((len(straps.length), 3))
+        strap_impulse, spent = np.zeros((len(straps.length), 3)), np.zeros(3)
         grid.bed_impulse[:] = 0
         _substeps(
             state.position, state.velocity, grid.place, grid.position, grid.velocity,
             grid.velocity_single, grid.force, dt / count, count, grid.offsets, grid.stiffness,
-            grid.rest_length, self.sheet.net.buckling_strain, grid.share, self._damping_time,
+            grid.rest_length, self.sheet.net.buckling_strain, grid.share, self.damping_time,
             grid.factor, grid.pad, grid.mobility, grid.weight, grid.drag,
             points, velocities, straps.length, straps.stiffness, straps.damping,
             straps.patch_start, grid.patch_place, straps.patch_weight, strap_impulse,
             rows.data, rows.vertex, rows.force, rows.impulse, grid.other,
             grid.bed_stiffness, grid.bed_damping, *self._bed_law, grid.bed_impulse,
+            spent,
         )
         check_finite(state)
         return Reaction(
             scatter_rows(rows, contact, dt), grid.bed_impulse.sum(axis=1) / dt,
-            strap_impulse / dt, count,
+            strap_impulse / dt, count, spent,
         )
 
     def _needed_inertia(self, substep: float) -> np.ndarray:
@@ -197,7 +200,7 @@ def _substeps(
     weight, drag, bar_point, bar_velocity, strap_length, strap_stiffness, strap_damping,
     patch_start, patch_place, patch_weight, strap_impulse, rows, row_vertex, row_force,
     row_impulse, other, bed_stiffness, bed_damping, half_length, half_width, bed_friction,
-    bed_friction_force, slip_speed, bed_impulse,
+    bed_friction_force, slip_speed, bed_impulse, spent,
 ):
     """Take `count` sub-steps of length h [s]; the vertex arrays (n, 3) are in and out."""
     row_place = place[row_vertex]
@@ -232,7 +235,10 @@ def _substeps(
                 half_width, bed_friction, bed_friction_force, slip_speed, h,
                 bed_impulse[0], bed_impulse[1], bed_impulse[2],
             )
-        solve_planes(rows, row_place, position, velocity, mobility, h, other, row_impulse)
+        solve_planes(
+            rows, row_place, position, velocity, velocity_single, mobility, h, other, row_impulse,
+            spent,
+        )
         for axis in range(3):
             _move(position[axis], velocity[axis], h)
     for i in range(place.size):

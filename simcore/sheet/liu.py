@@ -88,7 +88,7 @@ class LiuSolver:
                 raise DesignError(f"method.sheet.{key}: is {value:g}; accepted: above 0")
         self.sheet, self.step, self.tolerance, self.window = sheet, step, tolerance, window
         net = sheet.net
-        self.inertia = net.mass
+        self.inertia, self.damping_time = net.mass, 0.0
         self._share = np.where(net.spring_kind < 2, net.compression_share, 1.0)
         self._factored: tuple[float, np.ndarray, SuperLU] | None = None
 
@@ -108,7 +108,10 @@ class LiuSolver:
             strap_force += of_straps / count
             bed_force += of_bed / count
         check_finite(state)
-        return Reaction(scatter_rows(rows, contact, dt), bed_force, strap_force, iterations)
+        return Reaction(
+            scatter_rows(rows, contact, dt), bed_force, strap_force, iterations,
+            np.full(3, np.nan),
+        )
 
     def _take_step(
         self, state: SheetState, h: float, rows: Rows, points: np.ndarray, velocities: np.ndarray

@@ -69,12 +69,16 @@ class Reaction:
         On the sheet, from each strap, world [N]; the bar carries its opposite.
     passes : int
         Sub-steps or iterations taken.
+    spent : (3,) float64
+        Heat of the planes' dashpots, work of their sliding friction, and what the sub-steps
+        themselves took out at the planes [J]; NaN where a solver does not tell.
     """
 
     contact: ContactForce
     bed_force: np.ndarray
     strap_force: np.ndarray
     passes: int
+    spent: np.ndarray
 
 
 class SheetSolver(Protocol):
@@ -85,10 +89,13 @@ class SheetSolver(Protocol):
     sheet : Sheet
     inertia : (n,) float64
         Of the vertices [kg], no less than their mass.
+    damping_time : float
+        Damping over stiffness of every spring, β of Eq. S3 [s].
     """
 
     sheet: Sheet
     inertia: np.ndarray
+    damping_time: float
 
     def advance(
         self, state: SheetState, dt: float, contact: PlaneContact, bar: BarState

@@ -7,6 +7,7 @@ from simcore.config import Design, load_study, refined
 from simcore.metrics import compute_metrics, skin_pressure
 from simcore.scene import build_scene
 from simcore.simulate import simulate
+from simcore.validation.energy import energy_criterion
 from simcore.validation.table import Check, Criterion, Measurement
 
 BODY = "male_172_70"
@@ -36,25 +37,26 @@ def measure_convergence(key: str) -> Measurement:
     (candidate,) = study.candidates
     coarse = figures(candidate.design, study.root)
     fine = [figures(each, study.root) for each in refined(candidate.design).values()]
-    return Measurement({
+    changes = {
         f"{key}_{name}": max(abs(change_of(name, coarse[name], each[name])) for each in fine)
         for name in FIGURES
-    })
+    }
+    residual = max(each["energy_residual"] for each in (coarse, *fine))
+    return Measurement(changes | {f"{key}_refined_energy": residual})
 
 
 def _check(key: str) -> Check:
     what = SCENES[key][0]
-    return Check(
-        tuple(
-            Criterion(
-                f"{key}_{name}", f"the 70 kg man {what}: greatest change of the {title} at half "
-                "the step, on twice the skin, on twice the device", 0.0, TOLERANCES[name], "",
-                "a figure that depends on the mesh is none",
-            )
-            for name, title in zip(FIGURES, ("peak pressure", "contact area"), strict=True)
-        ),
-        lambda: measure_convergence(key),
+    changes = (
+        Criterion(
+            f"{key}_{name}", f"the 70 kg man {what}: greatest change of the {title} at half "
+            "the step, on twice the skin, on twice the device", 0.0, TOLERANCES[name], "",
+            "a figure that depends on the mesh is none",
+        )
+        for name, title in zip(FIGURES, ("peak pressure", "contact area"), strict=True)
     )
+    energy = energy_criterion(f"{key}_refined", f"the 70 kg man {what}, greatest of these four")
+    return Check((*changes, energy), lambda: measure_convergence(key))
 
 
 CHECKS = tuple(_check(key) for key in SCENES)

@@ -18,6 +18,7 @@ from simcore.sheet import (
     make_sheet,
 )
 from simcore.sheet.solver import GRAVITY
+from simcore.validation.energy import Accounts, energy_criterion
 from simcore.validation.sheet_scenes import (
     FOUNDATION,
     HEAVY,
@@ -64,11 +65,15 @@ def on_incline(angle: float, count: int = 225) -> tuple[Sheet, SheetState]:
 
 @dataclass(frozen=True, eq=False)
 class Slide:
-    """A sheet on an incline: time (n,) [s], and mean way (n,) [m] and speed (n,) [m/s] downhill."""
+    """A sheet on an incline: time (n,) [s], and mean way (n,) [m] and speed (n,) [m/s] downhill.
+
+    `residual` is that of its energy (Eq. E6).
+    """
 
     time: np.ndarray
     way: np.ndarray
     speed: np.ndarray
+    residual: float
 
     @property
     def acceleration(self) -> float:
@@ -101,26 +106,28 @@ def slide(
         Of all, and of one outer step [s].
     """
     sheet, state = on_incline(angle, count)
-    solver, contact = make_solver(sheet), plane(sheet.net, friction=INCLINE_FRICTION)
+    contact = plane(sheet.net, friction=INCLINE_FRICTION)
     contact.anchor[:] = state.position
+    accounts = Accounts(make_solver(sheet), state, contact, STILL_BAR)
     start, told = state.position[:, 0].mean(), []
     for _ in range(round(duration / step)):
-        solver.advance(state, step, contact, STILL_BAR)
+        accounts.advance(state, step, contact, STILL_BAR)
         told.append((state.position[:, 0].mean() - start, state.velocity[:, 0].mean()))
     way, speed = np.array(told).T
-    return Slide(step * np.arange(1, len(way) + 1), way, speed)
+    return Slide(step * np.arange(1, len(way) + 1), way, speed, accounts.residual)
 
 
 def measure_onset() -> Measurement:
     """Find by bisection the incline at which a sheet lets go."""
     exact = atan(INCLINE_FRICTION)
     around = exact + np.radians(np.linspace(-3.5, 3.5, 8))
-    told = {angle: slide(angle).acceleration for angle in around}
+    slides = {angle: slide(angle) for angle in around}
     low, high = around[0], around[-1]
     while high - low > ONSET_RESOLUTION:
         middle = (low + high) / 2
-        told[middle] = slide(middle).acceleration
-        low, high = (low, middle) if told[middle] > 0 else (middle, high)
+        slides[middle] = slide(middle)
+        low, high = (low, middle) if slides[middle].acceleration > 0 else (middle, high)
+    told = {angle: each.acceleration for angle, each in slides.items()}
     fine = np.linspace(min(told), max(told), 201)
     coulomb = np.maximum(GRAVITY * (np.sin(fine) - INCLINE_FRICTION * np.cos(fine)), 0)
     plot = Plot(
@@ -129,13 +136,15 @@ def measure_onset() -> Measurement:
         (Curve("Coulomb", np.degrees(fine), coulomb),
          Curve("sheet", np.degrees(list(told)), np.array(list(told.values())), marked=True)),
     )
-    return Measurement({"slip_onset": degrees((low + high) / 2)}, (plot,))
+    residual = max(each.residual for each in slides.values())
+    onset = degrees((low + high) / 2)
+    return Measurement({"slip_onset": onset, "slip_energy": residual}, (plot,))
 
 
 def measure_creep() -> Measurement:
     """Leave a sheet on an incline that is nine tenths of the angle at which it lets go."""
-    way = slide(CREEP_ANGLE, count=9, duration=CREEP_TIME, step=CREEP_STEP).way
-    return Measurement({"creep": 1e3 * way[-1]})
+    left = slide(CREEP_ANGLE, count=9, duration=CREEP_TIME, step=CREEP_STEP)
+    return Measurement({"creep": 1e3 * left.way[-1], "creep_energy": left.residual})
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,12 +158,15 @@ class Capstan:
     turn, tension : (n,) float64
         Where rows of vertices touch the cylinder, from the slack end [rad], and the tension there:
         that of the slack end and the friction of all rows up to the middle of this one [N].
+    residual : float
+        Of the energy, the start included (Eq. E6).
     """
 
     slack: float
     taut: float
     turn: np.ndarray
     tension: np.ndarray
+    residual: float
 
 
 def strip_over_cylinder() -> tuple[Sheet, SheetState]:
@@ -186,8 +198,9 @@ def pull_over_cylinder() -> Capstan:
     """
     sheet, state = strip_over_cylinder()
     straps, rest = sheet.straps, sheet.net.rest_position
-    solver, contact = ExplicitSolver(sheet), plane(sheet.net, friction=CAPSTAN_FRICTION)
+    contact = plane(sheet.net, friction=CAPSTAN_FRICTION)
     contact.anchor[:] = state.position
+    accounts = Accounts(ExplicitSolver(sheet), state, contact, STILL_BAR)
     # The head strap hangs from the still bar; the foot strap's part of the bar is pulled down.
     pulled = np.array([name == "foot" for name in straps.names])
     step, count, told = 1e-3, 1500, 500
@@ -198,7 +211,7 @@ def pull_over_cylinder() -> Capstan:
         contact.offset[:] = RADIUS
         contact.active[:] = state.position[:, 2] > 0
         straps.bar_point[pulled, 2] = BAR - PULL * step * i
-        reaction = solver.advance(state, step, contact, STILL_BAR)
+        reaction = accounts.advance(state, step, contact, STILL_BAR)
         if i >= count - told:
             ends += [np.linalg.norm(reaction.strap_force[end].sum(axis=0)) / told
                      for end in (~pulled, pulled)]
@@ -210,7 +223,8 @@ def pull_over_cylinder() -> Capstan:
     size, by_row = np.bincount(row), np.bincount(row, friction)
     always = np.bincount(row, touching) / size > 1 - 1e-9
     tension = ends[0] + np.cumsum(by_row) - by_row / 2
-    return Capstan(*ends, (np.bincount(row, turn) / size)[always], tension[always])
+    turned = (np.bincount(row, turn) / size)[always]
+    return Capstan(*ends, turned, tension[always], accounts.residual)
 
 
 def measure_capstan() -> Measurement:
@@ -224,7 +238,7 @@ def measure_capstan() -> Measurement:
          Curve("sheet", np.degrees(strip.turn), strip.tension / strip.slack, marked=True)),
     )
     ratio = strip.taut / strip.slack / exp(CAPSTAN_FRICTION * pi)
-    return Measurement({"capstan": ratio}, (plot,))
+    return Measurement({"capstan": ratio, "capstan_energy": strip.residual}, (plot,))
 
 
 ONSET = degrees(atan(INCLINE_FRICTION))
@@ -232,18 +246,21 @@ ONSET = degrees(atan(INCLINE_FRICTION))
 CHECKS = (
     Check(
         (Criterion("slip_onset", f"incline at which a sheet with µ = {INCLINE_FRICTION} lets go",
-                   ONSET - 0.5, ONSET + 0.5, "°", "atan µ ± 0.5°"),),
+                   ONSET - 0.5, ONSET + 0.5, "°", "atan µ ± 0.5°"),
+         energy_criterion("slip", "the sheets on all these inclines, greatest")),
         measure_onset,
     ),
     Check(
         (Criterion("creep", f"way of a sheet in {CREEP_TIME:.0f} s simulated, at an incline of "
                    f"tan = {tan(CREEP_ANGLE):.3f} with µ = {INCLINE_FRICTION}", 0.0, 1.0, "mm",
-                   "what sticks does not creep; it settles onto the springs of Eq. S6"),),
+                   "what sticks does not creep; it settles onto the springs of Eq. S6"),
+         energy_criterion("creep", "the same")),
         measure_creep,
     ),
     Check(
         (Criterion("capstan", f"T2/T1 over e^(µπ), half a turn around a cylinder, "
-                   f"µ = {CAPSTAN_FRICTION}", 0.95, 1.05, "", "Euler and Eytelwein, closed form"),),
+                   f"µ = {CAPSTAN_FRICTION}", 0.95, 1.05, "", "Euler and Eytelwein, closed form"),
+         energy_criterion("capstan", "the same")),
         measure_capstan,
     ),
 )

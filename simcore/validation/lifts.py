@@ -5,9 +5,11 @@ from pathlib import Path
 import numpy as np
 
 from simcore.config import load_study
+from simcore.energy import energy_residual
 from simcore.metrics import REST_WINDOW, compute_metrics, skin_pressure
 from simcore.scene import Scene, build_scene
 from simcore.simulate import simulate
+from simcore.validation.energy import energy_criterion
 from simcore.validation.table import Check, Criterion, Measurement
 
 LIFT, SLING = Path("config/lift_angle.yaml"), Path("config/sling_stiffness.yaml")
@@ -40,6 +42,7 @@ def measure_lift() -> Measurement:
         "lift_flat_drops": flat["fell"],
         "lift_inclined_holds": inclined["fell"],
         "lift_support": inclined["support_force_ratio"],
+        "lift_energy": max(flat["energy_residual"], inclined["energy_residual"]),
     })
 
 
@@ -53,7 +56,10 @@ def measure_creep() -> Measurement:
     run = simulate(scene)
     held = run.time > scene.motion.duration + CREEP_AFTER
     way = np.einsum("tji,tj->ti", run.device_rotation, run.q[:, :3] - run.device_position)[held]
-    return Measurement({"lift_creep": 1e3 * np.linalg.norm(way - way[0], axis=1).max()})
+    return Measurement({
+        "lift_creep": 1e3 * np.linalg.norm(way - way[0], axis=1).max(),
+        "lift_creep_energy": energy_residual(run.energy),
+    })
 
 
 def measure_sling() -> Measurement:
@@ -71,6 +77,7 @@ def measure_sling() -> Measurement:
         "sling_pattern": legs / trunk,
         "sling_over_bed": metrics["peak_pressure"] / metrics["lying_peak_pressure"],
         "sling_edge": metrics["peak_edge_distance"],
+        "sling_energy": metrics["energy_residual"],
     })
 
 
@@ -87,6 +94,7 @@ CHECKS = (
                       0, 0.5, "", PAPER + ", at 7°"),
             Criterion("lift_support", "support force over weight, held at rest", 0.99, 1.01, "",
                       STATICS),
+            energy_criterion("lift", "both lifts, the fall included, greater"),
         ),
         measure_lift,
     ),
@@ -95,6 +103,7 @@ CHECKS = (
             Criterion("lift_creep", f"the 70 kg man on the support inclined by 7°: way of his "
                       f"pelvis on it in {CREEP_TIME:.0f} s simulated", 0.0, 1.0, "mm",
                       "what sticks does not creep"),
+            energy_criterion("lift_creep", "the same"),
         ),
         measure_creep,
     ),
@@ -110,6 +119,7 @@ CHECKS = (
                       "", PETERSON),
             Criterion("sling_edge", "the same: way of the highest pressure from an edge", 0, 0.03,
                       "m", PETERSON),
+            energy_criterion("sling", "the same"),
         ),
         measure_sling,
     ),

@@ -11,8 +11,11 @@ from simcore.body.regions import REGION_NAMES
 from simcore.body.tissue import Tissue, region_tissue
 from simcore.config import Method, read_design
 from simcore.contact.foundation import foundation_forces
+from simcore.contact.foundation_energy import foundation_energy, foundation_power
 from simcore.dynamics.implicit import IMPLICITNESS, implicit_step
+from simcore.energy import energy_residual
 from simcore.sheet.solver import GRAVITY
+from simcore.validation.energy import energy_criterion
 from simcore.validation.friction import (
     CREEP_ANGLE,
     CREEP_TIME,
@@ -106,29 +109,59 @@ class Block:
         self._anchor, self._closed = np.zeros((count, 3)), np.zeros(count, bool)
         self.force, self.normals = np.zeros((2, count, 3))
         self.normal_force, self._along, self._across = np.zeros((3, count))
+        self._depths, self._steepness = np.zeros((2, count))
+        self._sticks, self._stretch = np.zeros(count, bool), np.zeros((count, 3))
+        self._slid, self._pressed, self._impedance = np.zeros(1), self._listed, np.zeros((3, 3))
+        self._flows, self._energy = np.zeros(5), []
 
     def linearised(
         self, _: float, q: np.ndarray, v: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return force (3,) and impedance (3, 3) for an implicit step."""
-        still = self._still
-        foundation_forces(
-            self._listed, q + self._skin, np.tile(v, (len(self._skin), 1)), *self._field,
+        still, self._posed = self._still, q + self._skin
+        *_, self._pressed = foundation_forces(
+            self._listed, self._posed, np.tile(v, (len(self._skin), 1)), *self._field,
             self.rotation, still, still, still, *self._flesh, IMPLICITNESS * self.step,
             self._anchor, self._closed, self.force, self.normal_force, self.normals, self._along,
-            self._across,
+            self._across, self._depths, self._steepness, self._sticks, self._stretch, self._slid,
         )
         across, along = self._across.sum(), self._along.sum()
         normal = self.rotation[:, 2]
-        impedance = across * np.eye(3) + (along - across) * np.outer(normal, normal)
-        return self.force.sum(axis=0), impedance
+        self._impedance = across * np.eye(3) + (along - across) * np.outer(normal, normal)
+        return self.force.sum(axis=0), self._impedance
 
     def run(self, duration: float) -> None:
         """Move on by a duration [s]."""
         for _ in range(round(duration / self.step)):
+            before = self.v
             self.q, self.v = implicit_step(
                 self.model, self._data, self.linearised, 0.0, self.q, self.v, self.step
             )
+            self._account(before)
+
+    def _account(self, before: np.ndarray) -> None:
+        """Note the energy after a step that began with a velocity (3,): Eqs. E3 to E5."""
+        still, count, mean = self._still, len(self.rest), (before + self.v) / 2
+        heat, implicit = foundation_power(
+            self._pressed, self._posed, np.tile(before, (count, 1)), np.tile(mean, (count, 1)),
+            still, still, still, *self._flesh[:5], IMPLICITNESS * self.step, self.step,
+            self._depths, self._steepness, self.normals, self.normal_force, self._sticks,
+        )
+        late = mean @ self._impedance @ (self.v - before)
+        self._flows[2:] += self.step * heat, self._slid[0], late - self.step * implicit
+        self._slid[0] = 0.0
+        elastic = foundation_energy(
+            self._listed, self.q + self._skin, *self._field, self.rotation, still,
+            *self._flesh[:4], self._anchor, self._closed,
+        )
+        kinetic = self.mass * self.v @ self.v / 2
+        potential = self.mass * GRAVITY * self.q[2]
+        self._energy.append([kinetic, potential, elastic, *self._flows])
+
+    @property
+    def residual(self) -> float:
+        """Of the energy so far (Eq. E6)."""
+        return energy_residual(np.array(self._energy))
 
     @property
     def way(self) -> float:
@@ -141,24 +174,30 @@ class Block:
         return float(self.v @ self.rotation[:, 0])
 
 
-def acceleration(angle: float) -> float:
-    """Return that of the second half of `SLIDE_TIME` on an incline [rad]; zero if it sticks."""
+def slide(angle: float) -> tuple[float, float]:
+    """Let a block go on an incline [rad].
+
+    Returns its acceleration in the second half of `SLIDE_TIME`, zero if it sticks [m/s²], and the
+    residual of its energy.
+    """
     block = Block(angle)
     block.run(SLIDE_TIME / 2)
     before = block.speed
     block.run(SLIDE_TIME / 2)
-    return 0.0 if abs(block.speed) < STUCK else 2 * (block.speed - before) / SLIDE_TIME
+    sticks = abs(block.speed) < STUCK
+    return 0.0 if sticks else 2 * (block.speed - before) / SLIDE_TIME, block.residual
 
 
 def measure_onset() -> Measurement:
     """Find by bisection the incline at which the block lets go."""
     around = atan(INCLINE_FRICTION) + np.radians(np.linspace(-3.5, 3.5, 8))
-    told = {angle: acceleration(angle) for angle in around}
+    slides = {angle: slide(angle) for angle in around}
     low, high = around[0], around[-1]
     while high - low > ONSET_RESOLUTION:
         middle = (low + high) / 2
-        told[middle] = acceleration(middle)
-        low, high = (low, middle) if told[middle] > 0 else (middle, high)
+        slides[middle] = slide(middle)
+        low, high = (low, middle) if slides[middle][0] > 0 else (middle, high)
+    told = {angle: acceleration for angle, (acceleration, _) in slides.items()}
     fine = np.linspace(min(told), max(told), 201)
     coulomb = np.maximum(GRAVITY * (np.sin(fine) - INCLINE_FRICTION * np.cos(fine)), 0)
     plot = Plot(
@@ -167,7 +206,9 @@ def measure_onset() -> Measurement:
         (Curve("Coulomb", np.degrees(fine), coulomb),
          Curve("flesh", np.degrees(list(told)), np.array(list(told.values())), marked=True)),
     )
-    return Measurement({"skin_slip_onset": degrees((low + high) / 2)}, (plot,))
+    residual = max(left for _, left in slides.values())
+    onset = degrees((low + high) / 2)
+    return Measurement({"skin_slip_onset": onset, "skin_slip_energy": residual}, (plot,))
 
 
 def measure_creep() -> Measurement:
@@ -176,20 +217,24 @@ def measure_creep() -> Measurement:
     block.run(SLIDE_TIME)
     settled = block.way
     block.run(CREEP_TIME)
-    return Measurement({"skin_creep": 1e3 * abs(block.way - settled)})
+    return Measurement({
+        "skin_creep": 1e3 * abs(block.way - settled), "skin_creep_energy": block.residual,
+    })
 
 
 CHECKS = (
     Check(
         (Criterion("skin_slip_onset", "incline at which a block of flesh with "
                    f"µ = {INCLINE_FRICTION} lets go", ONSET - 0.5, ONSET + 0.5, "°",
-                   "atan µ ± 0.5°"),),
+                   "atan µ ± 0.5°"),
+         energy_criterion("skin_slip", "the blocks on all these inclines, greatest")),
         measure_onset,
     ),
     Check(
         (Criterion("skin_creep", f"way of the block in {CREEP_TIME:.0f} s simulated, at an incline "
                    f"of tan = {tan(CREEP_ANGLE):.3f}, after the first {SLIDE_TIME:g} s, in which "
-                   "its flesh shears", 0.0, 1.0, "mm", "what sticks does not creep"),),
+                   "its flesh shears", 0.0, 1.0, "mm", "what sticks does not creep"),
+         energy_criterion("skin_creep", "the same")),
         measure_creep,
     ),
 )

@@ -1,0 +1,139 @@
+"""What a sheet, its straps and its bed store and spend (Eqs. E2 to E4)."""
+
+import numpy as np
+
+from simcore.compiled import compiled
+from simcore.sheet.bed import BedContact
+from simcore.sheet.contact import PlaneContact
+from simcore.sheet.hanging import BarState, bar_points
+from simcore.sheet.solver import Sheet, SheetState
+
+
+def stored_energy(
+    sheet: Sheet, inertia: np.ndarray, state: SheetState, bar: BarState
+) -> np.ndarray:
+    """Return kinetic, potential and elastic energy [J] of a sheet under a bar.
+
+    Parameters
+    ----------
+    inertia : (n,) float64
+        Of the vertices [kg], `SheetSolver.inertia`: kinetic energy is that of what is integrated.
+    """
+    net, x = sheet.net, state.position
+    kinetic = inertia @ (state.velocity**2).sum(axis=1) / 2
+    potential = -net.mass @ (x @ sheet.gravity)
+    elastic = _springs_energy(
+        x, net.spring_vertices, net.stiffness, net.rest_length, net.buckling_strain,
+        np.where(net.spring_kind < 2, net.compression_share, 1.0),
+    )
+    if len(sheet.straps.length):
+        points, _ = bar_points(sheet.straps, bar)
+        distance = np.linalg.norm(points - sheet.straps.patch_centres(x), axis=1)
+        stretch = np.maximum(distance - sheet.straps.length, 0.0)
+        elastic += sheet.straps.stiffness @ stretch**2 / 2
+    if sheet.bed:
+        over = (np.abs(x[:, 0]) < sheet.bed.half_length) & (np.abs(x[:, 1]) < sheet.bed.half_width)
+        elastic += sheet.bed.stiffness @ np.where(over, np.minimum(x[:, 2], 0.0), 0.0) ** 2 / 2
+    return np.array([kinetic, potential, elastic])
+
+
+def dashpot_power(
+    sheet: Sheet, damping_time: float, state: SheetState, bar: BarState
+) -> float:
+    """Return the heat of drag and of the dashpots of springs and straps at this moment [W].
+
+    Parameters
+    ----------
+    damping_time : float
+        β of the springs (Eq. S3) [s].
+    """
+    net, straps, x, v = sheet.net, sheet.straps, state.position, state.velocity
+    heat = sheet.drag_rate * (net.mass @ (v**2).sum(axis=1))
+    heat += damping_time * _springs_power(x, v, net.spring_vertices, net.stiffness)
+    if len(straps.length):
+        points, velocities = bar_points(straps, bar)
+        way = points - straps.patch_centres(x)
+        distance = np.linalg.norm(way, axis=1)
+        spring = straps.stiffness * np.maximum(distance - straps.length, 0.0)
+        rate = ((velocities - straps.patch_centres(v)) * way).sum(axis=1) / distance
+        heat += np.clip(straps.damping * rate, -spring, spring) @ rate
+    return heat
+
+
+def bed_power(bed: BedContact, state: SheetState) -> tuple[float, float]:
+    """Return the heat and the friction of a bed under a sheet at this moment [W].
+
+    (N − k d) ḋ, which is c ḋ² where it pushes, and γ ‖ẋ_t‖² (Eqs. S5 and S7).
+    """
+    return _bed_power(
+        state.position, state.velocity, bed.half_length, bed.half_width, bed.stiffness,
+        bed.damping, bed.friction_coefficient, bed.friction_force, bed.slip_speed,
+    )
+
+
+def planes_energy(contact: PlaneContact, position: np.ndarray) -> float:
+    """Return what the springs of planes and ties hold, k d²/2 + k_t ‖e‖²/2 [J].
+
+    Parameters
+    ----------
+    position : (n, 3) float64
+        Of the vertices [m].
+    """
+    on = contact.active
+    x, normal = position[on], contact.normal[on]
+    depth = np.maximum(contact.offset[on] - (normal * x).sum(axis=1), 0.0)
+    way = x - contact.anchor[on]
+    square = (way**2).sum(axis=1) - (way * normal).sum(axis=1) ** 2
+    tied = contact.tangential_stiffness[on] * (contact.friction_coefficient > 0)
+    return float(contact.stiffness[on] @ depth**2 + tied @ square) / 2
+
+
+@compiled
+def _bed_power(
+    position, velocity, half_length, half_width, stiffness, damping, friction, friction_force,
+    slip_speed,
+):
+    heat = rubbed = 0.0
+    for i in range(position.shape[0]):
+        if (position[i, 2] >= 0.0 or abs(position[i, 0]) >= half_length
+                or abs(position[i, 1]) >= half_width):
+            continue
+        spring, rate = -stiffness[i] * position[i, 2], -velocity[i, 2]
+        normal = max(spring + damping[i] * rate, 0.0)
+        heat += (normal - spring) * rate
+        if normal > 0.0:
+            square = velocity[i, 0] ** 2 + velocity[i, 1] ** 2
+            rubbed += (friction * normal + friction_force) * square / max(
+                np.sqrt(square), slip_speed)
+    return heat, rubbed
+
+
+@compiled
+def _springs_energy(position, ends, stiffness, rest_length, buckling_strain, share):
+    """Return the potential of Eq. 5 with the buckling of Eq. S3 [J]."""
+    stored = 0.0
+    for s in range(stiffness.size):
+        i, j = ends[s, 0], ends[s, 1]
+        square = 0.0
+        for axis in range(3):
+            square += (position[j, axis] - position[i, axis]) ** 2
+        length, rest = np.sqrt(square), rest_length[s]
+        beyond = min(length - (1.0 - buckling_strain) * rest, 0.0)
+        stored += 0.5 * stiffness[s] * (
+            (length - rest) ** 2 - (1.0 - share[s]) * beyond * beyond)
+    return stored
+
+
+@compiled
+def _springs_power(position, velocity, ends, stiffness):
+    """Return Σ k (d · ḋ)²/l² [N m/s²], the heat of all springs over their damping time."""
+    power = 0.0
+    for s in range(stiffness.size):
+        i, j = ends[s, 0], ends[s, 1]
+        square = rate = 0.0
+        for axis in range(3):
+            d = position[j, axis] - position[i, axis]
+            square += d * d
+            rate += d * (velocity[j, axis] - velocity[i, axis])
+        power += stiffness[s] * rate * rate / square
+    return power

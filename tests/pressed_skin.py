@@ -1,0 +1,66 @@
+"""Points of skin on a solid whose distance is known, pressed into it by hand."""
+
+import numpy as np
+
+from simcore.contact.foundation import foundation_forces
+from simcore.contact.foundation_energy import foundation_energy, foundation_power
+
+E, D, AREA = 5.0e4, 0.04, 2.0e-4
+
+
+def half_space(normal=(0.0, 0.0, 1.0)):
+    """Distance grid of the half space under a plane through the origin, ± 0.3 m about it."""
+    spacing = 0.02
+    axis = np.arange(-0.3, 0.3 + spacing / 2, spacing)
+    x, y, z = np.meshgrid(axis, axis, axis, indexing="ij")
+    values = normal[0] * x + normal[1] * y + normal[2] * z
+    return values.astype(np.float32), np.full(3, axis[0]), spacing
+
+
+class Skin:
+    """Points on a solid that may be turned and moving."""
+
+    def __init__(self, points, field=None, rotation=None, origin=(0.0, 0.0, 0.0),
+                 stiffening=False, damping=0.0, friction=0.5):
+        self.points = np.array(points, float)
+        self.n = len(self.points)
+        self.velocities = np.zeros((self.n, 3))
+        self.field = field or half_space()
+        self.rotation = np.eye(3) if rotation is None else rotation
+        self.origin = np.array(origin, float)
+        self.linear, self.turn = np.zeros(3), np.zeros(3)
+        self.law = stiffening, damping, friction
+        self.anchor, self.closed = np.zeros((self.n, 3)), np.zeros(self.n, bool)
+        self.force, self.normals = np.zeros((2, self.n, 3))
+        self.normal, self.along, self.across, self.depths, self.steepness = np.zeros((5, self.n))
+        self.sticks, self.stretch = np.zeros(self.n, bool), np.zeros((self.n, 3))
+        self.slid, self.pressed = np.zeros(1), np.empty(0, int)
+
+    @property
+    def flesh(self):
+        return np.full(self.n, AREA), np.full(self.n, E), np.full(self.n, D)
+
+    def evaluate(self, lag=0.0):
+        """Count, greatest depth and its vertex."""
+        *told, self.pressed = foundation_forces(
+            np.arange(self.n), self.points, self.velocities, *self.field, self.rotation,
+            self.origin, self.linear, self.turn, *self.flesh, *self.law, lag, self.anchor,
+            self.closed, self.force, self.normal, self.normals, self.along, self.across,
+            self.depths, self.steepness, self.sticks, self.stretch, self.slid,
+        )
+        return tuple(told)
+
+    def energy(self):
+        """What the flesh holds where it is [J]."""
+        return foundation_energy(
+            np.arange(self.n), self.points, *self.field, self.rotation, self.origin, *self.flesh,
+            self.law[0], self.anchor, self.closed,
+        )
+
+    def power(self, mean, lag, step):
+        """Heat and implicit part [W] of a step that all points take with a mean velocity (3,)."""
+        return foundation_power(
+            self.pressed, self.points, self.velocities, np.tile(mean, (self.n, 1)), self.origin,
+            self.linear, self.turn, *self.flesh, *self.law[:2], lag, step, self.depths,
+            self.steepness, self.normals, self.normal, self.sticks,
+        )
