@@ -3,6 +3,7 @@
 import hashlib
 from functools import cache
 from importlib.metadata import version
+from itertools import chain
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent
@@ -29,8 +30,10 @@ def simulation_digest() -> str:
 @cache
 def presentation_digest() -> str:
     """Return the digest of the sources and templates that make the report."""
+    rooms = [(PACKAGE / name).rglob("*") for name in ("report", "viewer", "export")]
+    shown = (".py", ".html", ".css", ".js")
     return _digest(
-        file for file in (PACKAGE / "report").rglob("*") if file.suffix in (".py", ".html", ".css")
+        [PACKAGE / "pressure_scale.py", *(file for file in chain(*rooms) if file.suffix in shown)]
     )
 
 

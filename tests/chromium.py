@@ -66,7 +66,7 @@ class Chromium:
             self._note(answer)
 
     def open(self, path: Path) -> None:
-        """Load a page and wait until its players are ready, or have said why not."""
+        """Load a page, go to each of its players and wait until it is ready or has said why not."""
         self.complaints.clear()
         self.send("Page.navigate", url=path.resolve().as_uri())
         until = time.monotonic() + 60
@@ -75,8 +75,9 @@ class Chromium:
         ):
             assert time.monotonic() < until, "the page does not load"
             time.sleep(0.05)
-        self.evaluate("Promise.allSettled([...document.querySelectorAll('.replay')]"
-                      ".map((root) => root.player.ready)).then(() => 0)")
+        self.evaluate("(async () => { for (const root of document.querySelectorAll('.replay')) {"
+                      " root.scrollIntoView({ behavior: 'instant' }); await root.player.ready"
+                      ".catch(() => 0); } scrollTo({ top: 0, behavior: 'instant' }); })()")
 
     def evaluate(self, expression: str):
         """Return the value of an expression in the page; a promise is waited for."""

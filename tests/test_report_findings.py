@@ -4,10 +4,10 @@
 import pytest
 from report_studies import BODIES, SLING, make_dataset
 
+from simcore.report.candidates import simulate_command
 from simcore.report.equations import equations_of
 from simcore.report.exemplars import choose_exemplars
 from simcore.report.findings import body_findings, headline
-from simcore.report.html import simulate_command
 from simcore.report.physics import tables_of
 from simcore.report.quantities import QUANTITIES, axes_of, number_text, path_value
 from simcore.report.trust import columns_of, fill_missing_metrics, trust_rows, trust_summary

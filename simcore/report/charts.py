@@ -1,7 +1,8 @@
 """Dataset → interactive charts (plotly), readable on a light and on a dark page.
 
 Colours of text and grid are left to style.css, which knows the page; colours of data come from
-palettes that the colour-blind tell apart, and each verdict also has its own symbol.
+palettes that the colour-blind tell apart, and each verdict also has its own symbol. The last of a
+point's `customdata` is the name of its candidate, which a click selects (charts.js).
 """
 
 from dataclasses import dataclass
@@ -155,7 +156,9 @@ def _lines(part: Slice, name: str) -> go.Figure:
         figure.add_scatter(
             x=list(axis.shown), y=shown, name=body or "", mode="markers", showlegend=False,
             marker={"size": 10, "color": colour, "symbol": [MARKERS[v] for v in told]},
-            customdata=np.column_stack([words, figures, [axis.text(v) for v in axis.values]]),
+            customdata=np.column_stack(
+                [words, figures, [axis.text(v) for v in axis.values], row["candidate"].values]
+            ),
             hovertemplate=(
                 "%{customdata[2]}: <b>%{customdata[1]}</b>, %{customdata[0]}"
                 "<extra>%{fullData.name}</extra>"
@@ -201,7 +204,7 @@ def _heat_maps(part: Slice, name: str) -> dict[str, go.Figure]:
     across, down = sorted(part.shown, key=lambda axis: -len(axis.values))
     order = ("body", down.name, across.name)
     true = part.ds[name].where(verdicts != FAILED).transpose(*order)
-    told = verdicts.transpose(*order)
+    told, names = verdicts.transpose(*order), part.ds["candidate"].transpose(*order)
     colours = (
         {"colorscale": MARGIN_SCALE, "zmin": -1, "zmax": 1}
         if name == "fall_margin"
@@ -218,7 +221,9 @@ def _heat_maps(part: Slice, name: str) -> dict[str, go.Figure]:
             z=quantity.factor * values,
             text=np.vectorize(MARKS.get)(words),
             texttemplate="%{text}",
-            customdata=np.dstack([words, np.vectorize(quantity.text)(values)]),
+            customdata=np.dstack(
+                [words, np.vectorize(quantity.text)(values), names.sel(body=body).values]
+            ),
             hovertemplate=(
                 f"{across.title} %{{x}} {across.unit}<br>{down.title} %{{y}} {down.unit}<br>"
                 "<b>%{customdata[1]}</b>, %{customdata[0]}<extra></extra>"
@@ -249,6 +254,9 @@ def _region_maps(part: Slice) -> dict[str, go.Figure]:
             x=axis.ticks,
             y=[name.replace("_", " ") for name in true["region"].values.tolist()],
             z=quantity.factor * rows.transpose("region", axis.name).values,
+            customdata=np.tile(
+                (ds.sel(body=body) if body else ds)["candidate"].values, (rows.sizes["region"], 1)
+            )[..., None],
             hovertemplate=(
                 f"%{{y}}, {axis.title} %{{x}} {axis.unit}<br><b>%{{z:.1f}} {quantity.unit}</b>"
                 "<extra></extra>"

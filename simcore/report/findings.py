@@ -35,8 +35,7 @@ def headline(ds: xr.Dataset) -> str:
     total, held = verdicts.size, counts[HELD]
     if counts[FAILED] == total:
         return f"No verdict: {_all(total)} failed."
-    bodies = ds.sizes["body"]
-    whom = "the body" if bodies == 1 else "both bodies" if bodies == 2 else f"all {bodies} bodies"
+    bodies, whom = ds.sizes["body"], _whom(ds)
     if held == total:
         whose = "its" if total == 1 else "their"
         return f"{_all(total).capitalize()} held {whose} body{_pressed_least(ds)}."
@@ -56,6 +55,28 @@ def headline(ds: xr.Dataset) -> str:
         return f"{which} holds {whom}{_pressed_least(ds)}."
     best = _design_text(ds, best_design(ds))
     return f"{designs}; the largest margin is at {best}{_pressed_least(ds)}."
+
+
+def best_sentence(ds: xr.Dataset) -> str:
+    """Return which design is best, and why; empty where there is no choice."""
+    best = best_design(ds)
+    if not best or all(len(axis.values) == 1 for axis in axes_of(ds) if axis.name != "body"):
+        return ""
+    figures, holds = ds.sel(best), bool(holds_every_body(ds).sel(best))
+    bodies = ds["body"].values.tolist()
+    margins, peaks = figures["fall_margin"].values, figures["peak_pressure"].values
+    least, most = int(np.nanargmin(margins)), int(np.nanargmax(peaks))
+    several = len(bodies) > 1
+    margin = f"{margins[least]:.2f}".replace("-", "−")
+    margin += f" at the least ({bodies[least]})" if several else ""
+    pressure = _PRESSURE.text(peaks[most]) + (f" ({bodies[most]})" if several else "")
+    place = _design_text(ds, best)
+    if not holds:
+        return f"Nearest to holding {_whom(ds)} is {place}: its fall margin is {margin}."
+    return (
+        f"Best is {place}: it holds {_whom(ds)} and leaves the largest margin to a fall, {margin}; "
+        f"the peak pressure is {pressure}."
+    )
 
 
 def body_findings(ds: xr.Dataset) -> list[dict]:
@@ -172,6 +193,11 @@ def _person(design: dict | None) -> str:
         f"{design['sex']}, {design['age_years']:g} years, {design['stature_m']:.2f} m, "
         f"{design['mass_kg']:g} kg"
     )
+
+
+def _whom(ds: xr.Dataset) -> str:
+    count = ds.sizes["body"]
+    return {1: "the body", 2: "both bodies"}.get(count, f"all {count} bodies")
 
 
 def _all(total: int) -> str:

@@ -1,30 +1,31 @@
 """Dataset → one HTML file that opens without a network."""
 
 import json
-import os
-import shlex
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
-from plotly.io import to_html
 from plotly.offline import get_plotlyjs
 
 from simcore.dataset import open_dataset
+from simcore.export.whole_file import write_whole
 from simcore.limits.margins import COMPARATIVE
 from simcore.pressure_scale import colour_stops
 from simcore.report import limits
+from simcore.report.candidates import as_data, candidates_of
 from simcore.report.certificates import VARIANT_TITLES, certificates_of, doubt_of
 from simcore.report.charts import Chart, charts_of, slice_of
 from simcore.report.equations import equations_of
 from simcore.report.exemplars import choose_exemplars
-from simcore.report.findings import CAVEAT, body_findings, fall_reason, headline
+from simcore.report.findings import CAVEAT, best_sentence, body_findings, fall_reason, headline
 from simcore.report.physics import tables_of
-from simcore.report.pictures import Gallery, take_pictures
+from simcore.report.pictures import Gallery, common_scale, take_pictures
 from simcore.report.quantities import QUANTITIES, axes_of, number_text, place_text
 from simcore.report.regions import region_table
+from simcore.report.replays import embed, first_pair
+from simcore.report.runs import Run, read_run
 from simcore.report.trust import (
     ROWS_MAX,
     columns_of,
@@ -34,7 +35,8 @@ from simcore.report.trust import (
 )
 from simcore.report.verdicts import FAILED, FELL, HELD, MARKS, verdicts_of
 
-CHART_CONFIG = {"displayModeBar": False, "responsive": True}
+PAGE_MAX = 15_000_000
+"""Bytes of a report: replays take what the rest leaves."""
 
 
 def build_report(dataset_path: Path, out_path: Path, root: Path | None = None) -> Path:
@@ -57,31 +59,11 @@ def build_report(dataset_path: Path, out_path: Path, root: Path | None = None) -
     dataset_path, out_path = Path(dataset_path), Path(out_path)
     ds, missing = fill_missing_metrics(open_dataset(dataset_path))
     root = root or dataset_path.resolve().parents[2]
-    galleries, scale = take_pictures(
-        ds, choose_exemplars(ds), dataset_path.parent / "candidates", root
-    )
-    html = _page(ds, galleries, scale, missing)
-    out_path.parent.mkdir(parents=True, exist_ok=True)
-    partial = out_path.with_name(f".{out_path.name}.{os.getpid()}")
-    try:
-        partial.write_text(html, encoding="utf-8")
-        partial.replace(out_path)
-    finally:
-        partial.unlink(missing_ok=True)
+    write_whole(out_path, _page(ds, missing, dataset_path.parent / "candidates", root).encode())
     return out_path
 
 
-def simulate_command(ds: xr.Dataset, coordinates: dict) -> str:
-    """Return the shell command that simulates one candidate of the study again."""
-    settings = [f"{name}={_plain(value)}" for name, value in coordinates.items()]
-    study = f"config/{ds.attrs.get('study', 'STUDY')}.yaml"
-    words = ["simcore", "simulate", study]
-    for setting in settings:
-        words += ["--set", setting]
-    return shlex.join([*words, "--out", "run.nc"])
-
-
-def _page(ds: xr.Dataset, galleries: list[Gallery], scale: float, missing: list[str]) -> str:
+def _page(ds: xr.Dataset, missing: list[str], folder: Path, root: Path) -> str:
     environment = Environment(
         loader=PackageLoader("simcore.report", "."),
         autoescape=True,
@@ -89,44 +71,72 @@ def _page(ds: xr.Dataset, galleries: list[Gallery], scale: float, missing: list[
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    exemplars = choose_exemplars(ds)
+    names = [ds["candidate"].sel(each.coordinates).item() for each in exemplars]
+    runs = {name: read_run(folder / f"{name}.nc", root) for name in names}
+    scale = common_scale(ds, [run for run in runs.values() if isinstance(run, Run)])
+    galleries = take_pictures(exemplars, list(runs.values()), scale)
+    pair = first_pair(ds)
+    context = _context(ds) | {
+        "first": pair[0] if pair else ds["candidate"].values.flat[0],
+        "missing": missing,
+        "galleries": [_gallery(ds, gallery) for gallery in galleries],
+        "scale": _scale(scale),
+        "player": "",
+        "assets": "",
+    }
+    for name in ("style.css", "charts.js", "select.js"):
+        source, *_ = environment.loader.get_source(environment, name)
+        context[name.replace(".", "_")] = Markup(source)
+    template = environment.get_template("template.html")
+    room = PAGE_MAX - len(template.render(context).encode())
+    replays = embed(ds, pair, runs, folder, root, scale, room)
+    if replays.runs:
+        shown = [name for name in pair if name in replays.runs] or replays.runs[:1]
+        context |= {"player": replays.fragment(shown), "assets": replays.assets()}
+    return template.render(context)
+
+
+def _context(ds: xr.Dataset) -> dict:
+    """Return what the template needs of a dataset alone."""
     charts = charts_of(ds)
     verdicts, rows, certificates = verdicts_of(ds), trust_rows(ds), certificates_of(ds)
-    return environment.get_template("template.html").render(
-        title=ds.attrs.get("title", "Untitled study"),
-        study=ds.attrs.get("study", ""),
-        headline=headline(ds),
-        caveat=CAVEAT,
-        bodies=body_findings(ds),
-        counts=[(name, MARKS[name], int((verdicts == name).sum()))
-                for name in (HELD, FELL, FAILED)],
-        matrices=_matrices(ds),
-        comparative=COMPARATIVE,
-        limits=limits.lines_of(ds),
-        limit_columns=limits.columns_of(ds),
-        limit_rows=limits.rows_of(ds),
-        charts=[(chart, _figures_html(chart)) for chart in charts],
-        galleries=[_gallery(ds, gallery) for gallery in galleries],
-        scale=_scale(scale),
-        missing=missing,
-        trust=trust_summary(ds),
-        axes=axes_of(ds),
-        columns=columns_of(ds),
-        rows=rows,
-        remarks=any(row.note and not row.empty for row in rows),
-        rows_left_out=max(verdicts.size - ROWS_MAX, 0),
-        variants=VARIANT_TITLES.values(),
-        certificates=certificates,
-        certificates_left_out=int(ds["certified"].notnull().sum()) - len(certificates),
-        equations=equations_of(ds),
-        tables=tables_of(ds),
-        versions=ds.attrs.get("versions", "not recorded").split(", "),
-        source_digest=ds.attrs.get("source_digest", "not recorded"),
-        config=ds.attrs.get("config", "not recorded"),
-        designs=json.dumps(json.loads(ds.attrs.get("designs", "{}")), indent=1),
-        style=Markup(environment.loader.get_source(environment, "style.css")[0]),
-        # ASSUME: both come from plotly itself, which escapes "</" in the data it is given.
-        plotly=Markup(get_plotlyjs()) if charts else "",
-    )
+    candidates = candidates_of(ds)
+    return {
+        "title": ds.attrs.get("title", "Untitled study"),
+        "study": ds.attrs.get("study", ""),
+        "headline": headline(ds),
+        "best": best_sentence(ds),
+        "caveat": CAVEAT,
+        "bodies": body_findings(ds),
+        "counts": [(name, MARKS[name], int((verdicts == name).sum()))
+                   for name in (HELD, FELL, FAILED)],
+        "matrices": _matrices(ds),
+        "candidates": candidates,
+        "candidates_data": as_data(candidates),
+        "comparative": COMPARATIVE,
+        "limits": limits.lines_of(ds),
+        "limit_columns": limits.columns_of(ds),
+        "limit_rows": limits.rows_of(ds),
+        "charts": [(chart, _plots(chart)) for chart in charts],
+        "trust": trust_summary(ds),
+        "axes": axes_of(ds),
+        "columns": columns_of(ds),
+        "rows": rows,
+        "remarks": any(row.note and not row.empty for row in rows),
+        "rows_left_out": max(verdicts.size - ROWS_MAX, 0),
+        "variants": VARIANT_TITLES.values(),
+        "certificates": certificates,
+        "certificates_left_out": int(ds["certified"].notnull().sum()) - len(certificates),
+        "equations": equations_of(ds),
+        "tables": tables_of(ds),
+        "versions": ds.attrs.get("versions", "not recorded").split(", "),
+        "source_digest": ds.attrs.get("source_digest", "not recorded"),
+        "config": ds.attrs.get("config", "not recorded"),
+        "designs": json.dumps(json.loads(ds.attrs.get("designs", "{}")), indent=1),
+        # ASSUME: it is plotly's own, and holds nothing that ends its script.
+        "plotly": Markup(get_plotlyjs()) if charts else "",
+    }
 
 
 def _matrices(ds: xr.Dataset) -> list[dict]:
@@ -155,6 +165,7 @@ def _matrix(ds: xr.Dataset, title: str, down: str, across, corner: str, fixed: s
             verdict = verdicts.sel(place).squeeze().item()
             cells.append(
                 {
+                    "id": figures["candidate"].item(),
                     "verdict": verdict,
                     "mark": MARKS[verdict],
                     "margin": QUANTITIES["fall_margin"].text(figures["fall_margin"].item())
@@ -182,6 +193,7 @@ def _gallery(ds: xr.Dataset, gallery: Gallery) -> dict:
     figures = ds.sel(coordinates)
     verdict = verdicts_of(ds).sel(coordinates).item()
     return {
+        "id": figures["candidate"].item(),
         "place": place_text(axes_of(ds), coordinates),
         "verdict": verdict,
         "mark": MARKS[verdict],
@@ -189,17 +201,14 @@ def _gallery(ds: xr.Dataset, gallery: Gallery) -> dict:
         "doubt": doubt_of(figures),
         "reasons": gallery.exemplar.reasons,
         "pictures": gallery.pictures,
-        "mat": gallery.mat and (gallery.mat, _figures_html(gallery.mat)),
+        "mat": gallery.mat and (gallery.mat, _plots(gallery.mat)),
         "missing": gallery.missing,
         "regions": region_table(figures),
-        "command": simulate_command(ds, coordinates),
     }
 
 
-def _scale(end: float) -> dict | None:
-    """Return the pressure colour bar: CSS gradient and tick labels [kPa]; None without pictures."""
-    if not end:
-        return None
+def _scale(end: float) -> dict:
+    """Return the pressure colour bar: CSS gradient and tick labels [kPa]."""
     stops = ", ".join(f"{colour} {100 * share:.3g}%" for share, colour in colour_stops())
     return {
         "gradient": Markup(f"linear-gradient(to right, {stops})"),
@@ -207,27 +216,14 @@ def _scale(end: float) -> dict | None:
     }
 
 
-def _figures_html(chart: Chart) -> list[tuple[str, Markup]]:
+def _plots(chart: Chart) -> list[dict]:
+    """Return heading, id, height [pixel] and data of each figure of a chart; charts.js draws it."""
     return [
-        (
-            heading,
-            Markup(
-                to_html(
-                    figure,
-                    full_html=False,
-                    include_plotlyjs=False,
-                    config=CHART_CONFIG,
-                    div_id=f"chart-{chart.id}-{number}",
-                    default_width="100%",
-                    default_height=f"{figure.layout.height}px",
-                )
-            ),
-        )
+        {
+            "heading": heading,
+            "id": f"chart-{chart.id}-{number}",
+            "height": figure.layout.height,
+            "data": as_data(json.loads(figure.to_json())),
+        }
         for number, (heading, figure) in enumerate(chart.figures.items())
     ]
-
-
-def _plain(value: object) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    return f"{value:.12g}" if isinstance(value, float) else str(value)

@@ -25,10 +25,9 @@ LINE_COLOUR = "#888"
 def mat_chart(run: Run, scale: float, name: str) -> Chart:
     """Return the two maps of a run, on a pressure scale from 0 to `scale` [Pa]."""
     text = QUANTITIES["peak_pressure"].text
-    rest, peak = run.mat_at_rest, run.mat_peak
+    rest, peak = run.mat_at_end, run.mat_peak
     pitch = f"{1e3 * run.design.method.sensor_pitch_m:g} mm"
-    fell = np.isfinite(run.frames["fall_time"].item())
-    when = "In the last half second before the fall" if fell else "At rest, mean over 0.5 s"
+    when = "In the last half second before the fall" if run.fell else "At rest, mean over 0.5 s"
     where = (
         "between sheet and body, spread out flat; a ring marks each strap"
         if run.net

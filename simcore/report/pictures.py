@@ -1,9 +1,9 @@
-"""Runs → pictures: first frame, last frame, the pressure on the skin, and the sensor mat."""
+"""Runs → pictures: the last frame, the pressure on the skin front and back, the sensor mat."""
 
 import base64
 import io
 from dataclasses import dataclass
-from pathlib import Path
+from itertools import product
 
 import numpy as np
 import xarray as xr
@@ -13,9 +13,11 @@ from simcore.pressure_scale import pressure_colours, scale_end
 from simcore.report.charts import Chart
 from simcore.report.exemplars import Exemplar
 from simcore.report.mat import mat_chart
-from simcore.report.render import Camera, Mesh, frame_points, render
-from simcore.report.runs import Run, read_run
+from simcore.report.quantities import QUANTITIES
+from simcore.report.render import Camera, Mesh, frame_points, render, render_coloured
+from simcore.report.runs import Run
 from simcore.report.sling_pictures import sling_meshes
+from simcore.report.verdicts import HELD, verdicts_of
 
 SKIN_COLOUR, DEVICE_COLOUR = (0.80, 0.71, 0.64), (0.40, 0.52, 0.64)
 
@@ -30,23 +32,24 @@ SIDE_VIEW = np.radians(62)
 """How far the camera of a sling lift stands from the feet towards the left side [rad]: more from
 the side than from the front, for the sheet hides a body between its hems."""
 
-PRESSURE_VIEW = (-0.7, -0.3, -0.65)
-"""Direction from the body to the camera of a pressure map, device frame: from behind, below."""
+PRESSURE_VIEWS = {"back": (-0.7, -0.3, -0.65), "front": (0.7, 0.3, 0.65)}
+"""Direction from the body to the camera of a pressure map, device frame: from behind and below,
+where it is carried, and from ahead and above."""
 
-WIDTH, HEIGHT = 440, 440
-"""Of a picture [pixel]."""
+SIZE = 360
+"""Width and height of a picture [pixel]."""
 
 WEBP_QUALITY = 86
 
 
 @dataclass(frozen=True)
 class Picture:
-    """One image as a data address, what it shows in words, and whether it shows pressures."""
+    """One image as a data address, its heading, what it tells, and what it shows in words."""
 
     source: str
+    heading: str
     caption: str
     text: str
-    shows_pressure: bool
 
 
 @dataclass(frozen=True)
@@ -60,49 +63,46 @@ class Gallery:
 
 
 def take_pictures(
-    ds: xr.Dataset, exemplars: list[Exemplar], folder: Path, root: Path
-) -> tuple[list[Gallery], float]:
-    """Return the pictures of each exemplar and the end of their common pressure scale [Pa].
+    exemplars: list[Exemplar], runs: list[Run | str], scale: float
+) -> list[Gallery]:
+    """Return the pictures of each exemplar.
 
     Parameters
     ----------
-    folder : Path
-        Holds the candidates' files.
-    root : Path
-        Mesh files of devices are sought under it.
+    runs : list of Run or str
+        Of each exemplar its run, or why there is none.
+    scale : float
+        End of the pressure scale [Pa].
     """
-    names = [ds["candidate"].sel(each.coordinates).item() for each in exemplars]
-    runs: list[Run | str] = [
-        read_run(folder / f"{name}.nc", each.coordinates["body"], root)
-        for name, each in zip(names, exemplars, strict=True)
-    ]
     shown = [run for run in runs if isinstance(run, Run)]
-    scale = _common_scale(shown) if shown else 0.0
     cameras = {}  # one place to stand for each kind of device
     for kind in {_kind(run) for run in shown}:
         alike = [run for run in shown if _kind(run) == kind]
-        cameras[kind] = _scene_camera(alike), _body_camera(alike)
-    galleries = [
+        cameras[kind] = _scene_camera(alike), _body_cameras(alike)
+    return [
         Gallery(each, (), None, run)
         if isinstance(run, str)
         else Gallery(
-            each, _pictures(run, *cameras[_kind(run)], scale), mat_chart(run, scale, name), ""
+            each, _pictures(run, *cameras[_kind(run)], scale), mat_chart(run, scale, run.name), ""
         )
-        for name, each, run in zip(names, exemplars, runs, strict=True)
+        for each, run in zip(exemplars, runs, strict=True)
     ]
-    return galleries, scale
+
+
+def common_scale(ds: xr.Dataset, runs: list[Run]) -> float:
+    """Return a round pressure that covers skin and mat of all that held [Pa].
+
+    Where none held, it covers all. The blow of a fall may exceed it. 1 Pa without any pressure.
+    """
+    peak, held = ds["peak_pressure"], verdicts_of(ds) == HELD
+    shown = [run for run in runs if not run.fell] if held.any() else runs
+    pressures = [*peak.where(held if held.any() else True).values.ravel(),
+                 *(max(run.pressure_peak.max(), run.mat_peak.max()) for run in shown)]
+    return scale_end(float(np.nanmax([1.0, *pressures])))
 
 
 def _kind(run: Run) -> str:
     return run.design.device.kind
-
-
-def _common_scale(runs: list[Run]) -> float:
-    """Return a round pressure that covers those that held; a fall's blow may exceed it [Pa]."""
-    held = [run for run in runs if run.frames["fell"].item() < 0.5]
-    return scale_end(
-        max(float(max(run.pressure_peak.max(), run.mat_peak.max())) for run in held or runs)
-    )
 
 
 def _scene_camera(runs: list[Run]) -> Camera:
@@ -122,14 +122,16 @@ def _scene_camera(runs: list[Run]) -> Camera:
     azimuth = start + turned / 2 + max(aside - abs(turned) / 2, 0)
     return frame_points(
         np.concatenate(points), np.array([np.cos(azimuth), np.sin(azimuth), VIEW_HEIGHT]),
-        WIDTH, HEIGHT,
+        SIZE, SIZE,
     )
 
 
-def _body_camera(runs: list[Run]) -> Camera:
-    return frame_points(
-        np.concatenate([_pressed_body(run) for run in runs]), np.array(PRESSURE_VIEW), WIDTH, HEIGHT
-    )
+def _body_cameras(runs: list[Run]) -> dict[str, Camera]:
+    points = np.concatenate([_pressed_body(run) for run in runs])
+    return {
+        side: frame_points(points, np.array(view), SIZE, SIZE)
+        for side, view in PRESSURE_VIEWS.items()
+    }
 
 
 def _pressed_body(run: Run) -> np.ndarray:
@@ -137,7 +139,7 @@ def _pressed_body(run: Run) -> np.ndarray:
 
     On a rigid lift as it sat at the start; in a sling as it hung at the end of its support.
     """
-    frame = run.supported[-1] if run.net else 0
+    frame = run.at_end[-1] if run.net else 0
     state = run.moved(frame)
     return (run.skin(frame) - state.position) @ state.rotation
 
@@ -154,37 +156,36 @@ def _meshes(run: Run, frame: int) -> list[Mesh]:
     ]
 
 
-def _pictures(run: Run, scene_camera: Camera, body_camera: Camera, scale: float) -> tuple:
-    time = run.frames["time"].values
-    pictures = []
-    fell = np.isfinite(run.frames["fall_time"].item())
-    last_word = "Shortly after the fall" if fell else "Last frame"
+def _pictures(
+    run: Run, scene_camera: Camera, body_cameras: dict[str, Camera], scale: float
+) -> tuple[Picture, ...]:
+    time = f"{run.time[run.last]:.2f} s".replace("-0.00", "0.00").replace("-", "−")
+    word = "Shortly after the fall" if run.fell else "Last frame"
     seen = "body, sheet, straps, bar and bed" if run.net else "body and device"
-    for frame, word in ((0, "First frame"), (run.last, last_word)):
-        when = f"{time[frame]:.2f} s".replace("-0.00", "0.00").replace("-", "−")
+    still = Picture(
+        _data_address(render(_meshes(run, run.last), scene_camera)), word, time,
+        f"{word}, {time}: {seen} from the front",
+    )
+    maps = {"Peak": run.pressure_peak, "At the end": run.pressure_at_end}
+    colours = [pressure_colours(pressure, scale) for pressure in maps.values()]
+    skin, faces = _pressed_body(run), run.body.skin.faces
+    taken = {
+        side: render_coloured(skin, faces, colours, camera)
+        for side, camera in body_cameras.items()
+    }
+    without = "sheet" if run.net else "device"
+    pictures = [still]
+    for (number, (when, pressure)), side in product(enumerate(maps.items()), taken):
+        highest = QUANTITIES["peak_pressure"].text(pressure.max())
+        beyond = ", beyond the scale" if pressure.max() > 1.005 * scale else ""
         pictures.append(
             Picture(
-                _data_address(render(_meshes(run, frame), scene_camera)),
-                f"{word}, {when}",
-                f"{word}: {seen} from the front",
-                False,
+                _data_address(taken[side][number]), f"{when}, {side}",
+                f"up to {highest}{beyond}" if side == "back" else "",
+                f"{when}: pressure on the skin, {side}, {without} left out",
             )
         )
-    peak = float(run.pressure_peak.max())
-    colours = pressure_colours(run.pressure_peak, scale)
-    skin = Mesh(_pressed_body(run), run.body.skin.faces, colours)
-    above = f", above the scale by {1e-3 * (peak - scale):.0f} kPa" if peak > 1.005 * scale else ""
-    posture = "as it hung last" if run.net else "as it sat at the start"
-    return (
-        *pictures,
-        Picture(
-            _data_address(render([skin], body_camera)),
-            f"Peak pressure while supported: {1e-3 * peak:.1f} kPa{above}; the body {posture}",
-            "Highest pressure on each part of the skin, from behind and below, "
-            + ("sheet" if run.net else "device") + " left out",
-            True,
-        ),
-    )
+    return tuple(pictures)
 
 
 def _data_address(picture: np.ndarray) -> str:

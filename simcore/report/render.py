@@ -118,6 +118,24 @@ def project(camera: Camera, points: np.ndarray) -> np.ndarray:
 
 def render(meshes: list[Mesh], camera: Camera) -> np.ndarray:
     """Return a picture (height, width, 4) uint8, sRGB with alpha; the background is transparent."""
+    (picture,) = _render(meshes, camera, [[mesh.colour for mesh in meshes]])
+    return picture
+
+
+def render_coloured(
+    vertices: np.ndarray, faces: np.ndarray, colours: list[np.ndarray], camera: Camera
+) -> list[np.ndarray]:
+    """Return a picture of one surface for each of its colourings (n, 3), in one and the same light.
+
+    Light takes most of the time, and is cast once.
+    """
+    return _render([Mesh(vertices, faces, colours[0])], camera, [[each] for each in colours])
+
+
+def _render(
+    meshes: list[Mesh], camera: Camera, colourings: list[list[np.ndarray]]
+) -> list[np.ndarray]:
+    """Return a picture for each colouring, which has the colours (n, 3) of each mesh."""
     scene = EmbreeScene()
     for mesh in meshes:
         TriangleMesh(scene, mesh.vertices.astype(np.float32), mesh.faces.astype(np.int32))
@@ -130,15 +148,23 @@ def render(meshes: list[Mesh], camera: Camera) -> np.ndarray:
     origins = np.broadcast_to(camera.eye.astype(np.float32), directions.shape)
     hits = scene.run(np.ascontiguousarray(origins), directions, output=True)
     hit = hits["geomID"] >= 0
-
-    rows, columns = camera.height * SUPERSAMPLING, camera.width * SUPERSAMPLING
-    light = np.zeros((rows * columns, 4), np.float32)
     points = camera.eye + hits["tfar"][hit, None] * directions[hit]
-    light[pixels[hit]] = np.column_stack(
-        [_shade(scene, meshes, normals, ambient, hits, hit, points, camera), np.ones(len(points))]
-    )
-    samples = light.reshape(camera.height, SUPERSAMPLING, camera.width, SUPERSAMPLING, 4)
-    mean = samples.mean(axis=(1, 3))
+    brightness = _brightness(scene, meshes, normals, ambient, hits, hit, points, camera)
+    pictures = []
+    for colours in colourings:
+        albedo = _over_hits(meshes, hits, hit, colours)
+        light = np.zeros((camera.height * camera.width * SUPERSAMPLING**2, 4), np.float32)
+        light[pixels[hit]] = np.column_stack(
+            [_to_linear(albedo) * brightness[:, None], np.ones(len(points))]
+        )
+        pictures.append(_resolved(light, camera))
+    return pictures
+
+
+def _resolved(light: np.ndarray, camera: Camera) -> np.ndarray:
+    """Return the picture of linear samples with coverage (m, 4)."""
+    shape = camera.height, SUPERSAMPLING, camera.width, SUPERSAMPLING, 4
+    mean = light.reshape(shape).mean(axis=(1, 3))
     colour = mean[..., :3] / np.maximum(mean[..., 3:], 1e-6)
     return (np.dstack([_to_srgb(colour), mean[..., 3]]) * 255 + 0.5).astype(np.uint8)
 
@@ -194,19 +220,23 @@ def _ambient(
     return seen * 4 / SKY_DIRECTIONS
 
 
-def _shade(scene, meshes, normals, ambient, hits, hit, points, camera) -> np.ndarray:
-    """Return linear colours (m, 3) of the points (m, 3) [m] that rays hit."""
+def _over_hits(meshes, hits, hit, columns: list[np.ndarray]) -> np.ndarray:
+    """Return a value of vertices, one column (n, …) a mesh, at the points that rays hit."""
     geometry, triangle = hits["geomID"][hit], hits["primID"][hit]
     u, v = hits["u"][hit], hits["v"][hit]
     weights = np.column_stack([1 - u - v, u, v])
-    normal, albedo = np.empty((len(points), 3)), np.empty((len(points), 3))
-    sky = np.empty(len(points))
-    for index, mesh in enumerate(meshes):
+    values = np.empty((len(geometry), *columns[0].shape[1:]))
+    for index, (mesh, column) in enumerate(zip(meshes, columns, strict=True)):
         here = geometry == index
-        corners = mesh.faces[triangle[here]]
-        normal[here] = np.einsum("ij,ijk->ik", weights[here], normals[index][corners])
-        albedo[here] = np.einsum("ij,ijk->ik", weights[here], mesh.colour[corners])
-        sky[here] = np.einsum("ij,ij->i", weights[here], ambient[index][corners])
+        corners = column[mesh.faces[triangle[here]]]
+        values[here] = np.einsum("ij,ij...->i...", weights[here], corners)
+    return values
+
+
+def _brightness(scene, meshes, normals, ambient, hits, hit, points, camera) -> np.ndarray:
+    """Return the light (m,) on the points (m, 3) [m] that rays hit, as a share of white."""
+    normal = _over_hits(meshes, hits, hit, normals)
+    sky = _over_hits(meshes, hits, hit, ambient)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
     flat = hits["Ng"][hit].astype(float)
     flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-30)
@@ -226,12 +256,11 @@ def _shade(scene, meshes, normals, ambient, hits, hit, points, camera) -> np.nda
         jitter = random.normal(scale=KEY_SOFTNESS / 2, size=(len(facing), 3))
         free += _is_free(scene, starts, key + jitter)
     cosine[facing] *= free / KEY_RAYS
-    brightness = (
+    return (
         KEY_LIGHT * cosine
         + FILL_LIGHT * np.maximum(normal @ fill, 0)
         + AMBIENT_LIGHT * np.minimum(sky, 1.3)
     )
-    return _to_linear(albedo) * brightness[:, None]
 
 
 def _is_free(scene: EmbreeScene, starts: np.ndarray, directions: np.ndarray) -> np.ndarray:

@@ -1,73 +1,55 @@
 """Candidates' files → runs made ready for pictures."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
-from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
-from simcore.body.build import Body, build_body, posed_skin
-from simcore.config import Design
-from simcore.dataset import design_of, open_dataset
-from simcore.device.build import build_surface
+from simcore.body.build import posed_skin
 from simcore.device.motion import STILL, DeviceState
-from simcore.device.surface import Surface
 from simcore.errors import DesignError
+from simcore.export.recording import Recording, open_recording
 from simcore.metrics import REST_WINDOW
-from simcore.sheet.hanging import Straps, build_straps
-from simcore.sheet.net import Net, build_net
 
 AFTER_FALL = 0.2
 """A body that fell is shown this long after it had fallen [s]: at the end it is often far away."""
 
 
-@dataclass(frozen=True, eq=False)
-class Run:
-    """What a candidate's file holds; n skin vertices.
-
-    Attributes
-    ----------
-    design : Design
-    body : Body
-    surface : Surface
-        What is rigid: the lift's support, or the bed of a sling lift.
-    net, straps : Net, Straps or None
-        The sheet and what it hangs by, if there is one.
-    frames : xr.Dataset
-        Trajectory.
-    pressure_peak : (n,) float64
-        Highest pressure on each vertex while the body was supported [Pa].
-    """
-
-    design: Design
-    body: Body
-    surface: Surface
-    net: Net | None
-    straps: Straps | None
-    frames: xr.Dataset
-    pressure_peak: np.ndarray
+class Run(Recording):
+    """A recording, and what the report shows of it; n skin vertices."""
 
     @property
-    def supported(self) -> np.ndarray:
-        """Indices of the frames over which simcore.metrics takes the peak pressure."""
-        return supported_frames(self.frames)
+    def fell(self) -> bool:
+        """Whether the body fell."""
+        return bool(np.isfinite(self.frames["fall_time"].item()))
 
     @property
     def last(self) -> int:
         """Index of the last frame to show."""
-        time, fall = self.frames["time"].values, self.frames["fall_time"].item()
-        if np.isnan(fall):
-            return len(time) - 1
-        return int(np.searchsorted(time, fall + AFTER_FALL, side="right")) - 1
+        if not self.fell:
+            return len(self.time) - 1
+        shown = self.frames["fall_time"].item() + AFTER_FALL
+        return int(np.searchsorted(self.time, shown, side="right")) - 1
 
     @property
-    def mat_at_rest(self) -> np.ndarray:
+    def at_end(self) -> np.ndarray:
+        """Indices of the frames of the last half second supported."""
+        frames = np.flatnonzero(self.supported)
+        return frames[self.time[frames] >= self.time[frames[-1]] - REST_WINDOW]
+
+    @property
+    def pressure_at_end(self) -> np.ndarray:
+        """Pressure on each skin vertex (n,) [Pa], mean over the last half second supported."""
+        mean = np.zeros(self.body.skin.vertex_count)
+        mean[self.frames["skin_vertex"].values] = self.column("skin_pressure")[self.at_end].mean(
+            axis=0
+        )
+        return mean
+
+    @property
+    def mat_at_end(self) -> np.ndarray:
         """Reading of the mat (rows, columns) [Pa], mean over the last half second supported."""
-        time, frames = self.frames["time"].values, self.supported
-        last = frames[time[frames] >= time[frames[-1]] - REST_WINDOW]
-        return self.frames["mat_pressure"].values[last].mean(axis=0)
+        return self.frames["mat_pressure"].values[self.at_end].mean(axis=0)
 
     @property
     def mat_peak(self) -> np.ndarray:
@@ -95,50 +77,12 @@ class Run:
         return self.frames["sheet_position"].values[frame].astype(float)
 
 
-def supported_frames(frames: xr.Dataset) -> np.ndarray:
-    """Return the indices of the frames over which simcore.metrics takes the peak pressure."""
-    time, fall = frames["time"].values, frames["fall_time"].item()
-    end = fall if np.isfinite(fall) else time[-1]
-    supported = time <= end
-    if end >= 0:  # a fall before the device moved leaves only the settling
-        supported &= time >= 0
-    return np.flatnonzero(supported)
-
-
-def read_run(path: Path, body_name: str, root: Path) -> Run | str:
+def read_run(path: Path, root: Path) -> Run | str:
     """Return a candidate's run, or in words why there is none to show."""
     name = f"candidates/{path.name}"
     if not path.is_file():
-        return f"No picture: {name} is missing; run the sweep again."
+        return f"{name} is missing; run the sweep again."
     try:
-        frames = open_dataset(path)
-    except DesignError:  # its message names the whole path, which is none of the reader's business
-        return f"No picture: {name} cannot be read by this version; run the sweep again."
-    if "q" not in frames:
-        return f"No picture: {name} holds no trajectory."
-    try:
-        design = design_of(frames)
-        body = build_body(design.body, body_name)
-        surface = build_surface(design.device.rigid_part, root)
-        net = straps = None
-        if design.device.kind == "sling_lift":
-            net = build_net(design.device.sheet)
-            straps = build_straps(net, design.device.hanging)
-    except ValidationError:
-        return f"No picture: {name} has a design that this version does not know."
-    except DesignError as error:
-        return f"No picture: {error}."
-    if not _fits(frames, body, net):
-        return f"No picture: {name} was simulated by another version; run the sweep again."
-    peak = np.zeros(body.skin.vertex_count)
-    supported = frames["skin_pressure"].values[supported_frames(frames)]
-    peak[frames["skin_vertex"].values] = supported.max(axis=0, initial=0.0)
-    return Run(design, body, surface, net, straps, frames, peak)
-
-
-def _fits(frames: xr.Dataset, body: Body, net: Net | None) -> bool:
-    """Return whether frames belong to the body and the net that their design now leads to."""
-    touched = frames["skin_vertex"].values
-    return touched.max(initial=0) < body.skin.vertex_count and (
-        net is None or frames.sizes["sheet_vertex"] == len(net.rest_position)
-    )
+        return Run(**vars(open_recording(path, root)))
+    except DesignError as error:  # the whole path is none of the reader's business
+        return f"{error}.".replace(str(path), name)

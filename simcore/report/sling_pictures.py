@@ -3,7 +3,6 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from simcore.config.sling_lift import EdgeAttachment
 from simcore.report.render import Mesh, face_normals, vertex_normals
 from simcore.report.runs import Run
 from simcore.sheet.hanging import bar_points
@@ -31,7 +30,9 @@ def sling_meshes(run: Run, frame: int, skin_colour: tuple[float, float, float]) 
     """Return the meshes of a frame, the body first."""
     sheet, net = run.sheet(frame), run.net
     normal = vertex_normals(sheet, net.faces)
-    hooks, _ = bar_points(run.straps, run.moved(frame))
+    state = run.moved(frame)
+    hooks, _ = bar_points(run.straps, state)
+    bar = run.bar_tubes @ state.rotation.T + state.position
     straps = zip(run.straps.patch_centres(sheet), hooks, strict=True)
     return [
         _mesh(press_skin(run.skin(frame), run.body.skin.faces, sheet, normal),
@@ -40,7 +41,7 @@ def sling_meshes(run: Run, frame: int, skin_colour: tuple[float, float, float]) 
         _mattress(run.surface.vertices),
         *_two_sided(sheet, net.faces, normal),
         *(_tube(start, end, STRAP_RADIUS, STRAP_COLOUR) for start, end in straps),
-        *(_tube(start, end, BAR_RADIUS, BAR_COLOUR) for start, end in _bar(run, frame)),
+        *(_tube(start, end, BAR_RADIUS, BAR_COLOUR) for start, end in bar),
     ]
 
 
@@ -68,22 +69,6 @@ def press_skin(
     restored = faces[turned].ravel()
     pressed[restored] = skin[restored]
     return pressed
-
-
-def _bar(run: Run, frame: int) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return both ends of each tube of the bar: poles, and arms from its middle to hooks."""
-    state = run.moved(frame)
-    hooks, poles = [], []
-    for each in run.design.device.hanging.attachments:
-        if isinstance(each, EdgeAttachment):
-            ends = np.array([each.bar_start_m, each.bar_end_m])
-            poles.append(ends)
-            hooks.append(ends.mean(axis=0))
-        else:
-            hooks.append(np.array(each.bar_point_m))
-    hooks = np.unique(np.round(hooks, 6), axis=0)  # two straps may share a hook
-    arms = [np.stack([hooks.mean(axis=0), hook]) for hook in hooks] if len(hooks) > 1 else []
-    return [tuple(ends @ state.rotation.T + state.position) for ends in (*poles, *arms)]
 
 
 def _two_sided(sheet: np.ndarray, faces: np.ndarray, normal: np.ndarray) -> list[Mesh]:

@@ -7,6 +7,7 @@ import struct
 from itertools import product
 
 import numpy as np
+import pinocchio as pin
 from scipy.spatial.transform import Rotation
 
 from simcore.body.build import Body, posed_skin
@@ -181,8 +182,8 @@ def _outermost(recording: Recording) -> np.ndarray:
     """
     last = len(recording.time) - 1
     frames = np.unique(np.append(np.arange(0, last, OUTERMOST_STEP), last))
-    q = recording.column("q")
-    points = [posed_skin(recording.body, q[frame]) for frame in frames]
+    directions = np.array([each for each in product((-2.0, -1, 0, 1, 2), repeat=3) if any(each)])
+    points = [_carried(recording.body, recording.column("q")[frames], directions)]
     if recording.net is None:
         moved = recording.surface.vertices
     else:
@@ -190,13 +191,38 @@ def _outermost(recording: Recording) -> np.ndarray:
         corners = np.array(list(product((0, 1), repeat=3)))
         points += [low + corners * (high - low), *recording.column("sheet_position")[frames]]
         moved = recording.bar_tubes.reshape(-1, 3)
-    turns = rotation_matrices(recording.column("device_quaternion"))
-    for frame in frames:
-        points.append(moved @ turns[frame].T + recording.column("device_position")[frame])
-    directions = np.array([each for each in product((-2, -1, 0, 1, 2), repeat=3) if any(each)])
-    # First in each frame alone: all of them at once would be a matrix of hundreds of megabytes.
-    points = np.concatenate([each[(each @ directions.T).argmax(axis=0)] for each in points])
-    return np.unique(points[(points @ directions.T).argmax(axis=0)], axis=0)
+    if len(moved):
+        moved = _farthest(moved, directions)
+        turns = rotation_matrices(recording.column("device_quaternion")[frames])
+        turned = np.einsum("tij,sj->tsi", turns, moved)
+        places = recording.column("device_position")[frames, None]
+        points.append((turned + places).reshape(-1, 3))
+    return _farthest(np.concatenate([_farthest(each, directions) for each in points]), directions)
+
+
+def _carried(body: Body, q: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Return points (k, 3) that the skin of configurations (T, 60) lies between [m].
+
+    A skin vertex is a mean of where each of its segments carries it: taken are those points
+    whose segment has half of the weight, in each segment those that reach farthest.
+    """
+    skin, data = body.skin, body.model.createData()
+    heavy = skin.influence_weight >= 0.5
+    points = [
+        _farthest(skin.influence_point[heavy & (skin.influence_segment == segment)], directions)
+        for segment in range(len(PARENTS))
+    ]
+    carried = []
+    for configuration in q:
+        pin.forwardKinematics(body.model, data, configuration)
+        for placement, own in zip(data.oMi[1:], points, strict=True):
+            carried.append(own @ placement.rotation.T + placement.translation)
+    return np.concatenate(carried)
+
+
+def _farthest(points: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Return those of the points (n, 3) that reach farthest in any of the directions (d, 3)."""
+    return np.unique(points[(directions @ points.T).argmax(axis=1)], axis=0)
 
 
 def _azimuth(recording: Recording) -> float:

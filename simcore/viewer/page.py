@@ -2,6 +2,7 @@
 
 import base64
 import json
+import math
 import re
 from importlib import resources
 from pathlib import Path
@@ -44,21 +45,36 @@ class Replays:
         self._labels: dict[str, str] = {}
         self._kinds: set[str] = set()
 
-    def add(self, run: str, recording: Recording, title: str | None = None) -> None:
-        """Take up a run under an id of letters, digits, `-` and `_`; by default titled by place."""
+    def add(
+        self, run: str, recording: Recording, title: str | None = None, room: float = math.inf
+    ) -> bool:
+        """Take up a run under an id of letters, digits, `-` and `_`; by default titled by place.
+
+        Return whether it was: not if `assets` would then take more than `room` bytes.
+        """
         title = title or title_of(recording)
         block = pack_body(recording.body)
         body = name_of("body", block)
-        self._blocks[body] = block
+        blocks = {body: block}
         device = None
         if recording.net is None:
             block = pack_device(recording)
             device = name_of("device", block)
-            self._blocks[device] = block
+            blocks[device] = block
         labels = {"title": title, **_outcome(recording)}
-        self._blocks[f"run-{run}"] = pack_run(recording, self.scale, labels, body, device)
+        blocks[f"run-{run}"] = pack_run(recording, self.scale, labels, body, device)
+        blocks = self._blocks | blocks
+        if _size(blocks) > room:
+            return False
+        self._blocks = blocks
         self._labels[run] = title
         self._kinds.add(recording.design.device.kind)
+        return True
+
+    @property
+    def runs(self) -> list[str]:
+        """Ids of all runs taken up."""
+        return list(self._labels)
 
     def fragment(self, shown: list[str], choose: bool = True, alone: bool = False) -> Markup:
         """Return a player.
@@ -158,6 +174,13 @@ def _options(choices: list[tuple[str, str]], chosen: str) -> Markup:
         )
         for value, title in choices
     )
+
+
+def _size(blocks: dict[str, bytes]) -> int:
+    """Return about how many bytes `Replays.assets` takes: data as base64, and the scripts."""
+    folder = resources.files("simcore.viewer")
+    scripts = sum(len((folder / name).read_bytes()) for name in SCRIPTS)
+    return scripts + sum(100 + 4 * math.ceil(len(block) / 3) for block in blocks.values())
 
 
 def _data(name: str, text: str) -> str:

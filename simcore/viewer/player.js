@@ -28,7 +28,10 @@
       this.level = FIRST;
       this.ceiling = FINEST;
       this.count = 0;
-      this.ready = this._start();
+      this.choosers = [...root.querySelectorAll(".replay-run")];
+      this.shown = JSON.parse(root.dataset.shown);
+      // In a page of other things, a player that nobody has come to costs nothing.
+      this.ready = "alone" in root.dataset ? this._start() : this._comesIntoSight().then(() => this._start());
     }
 
     async _start() {
@@ -49,7 +52,19 @@
       this.orbit = new THREE.OrbitControls(this.camera, this.canvas);
       this.orbit.addEventListener("change", () => this.draw());
       this._listen();
-      await this.choose(JSON.parse(this.root.dataset.shown));
+      this.started = true;
+      await this.choose(this.shown);
+    }
+
+    _comesIntoSight() {
+      return new Promise((seen) => {
+        const watch = new IntersectionObserver((entries) => {
+          if (!entries.some((entry) => entry.isIntersecting)) return;
+          watch.disconnect();
+          seen();
+        }, { rootMargin: "200px" });
+        watch.observe(this.root);
+      });
     }
 
     _tell(message) {
@@ -57,14 +72,25 @@
       this.find("message").hidden = !message;
     }
 
+    /** Show another run in the first place; if it is beside it already, the two change places. */
+    put(id) {
+      const [first, second] = this.shown;
+      return this.choose(second ? [id, id === second ? first : second] : [id]);
+    }
+
     /** Show one or two runs by their ids, in step. */
     async choose(ids) {
+      this.shown = ids.filter(Boolean);
+      this.choosers.forEach((each, i) => (each.value = this.shown[i] ?? ""));
+      if (!this.started) return;
       this._tell("Loading …");
-      const stages = await Promise.all(ids.filter(Boolean).map(async (id) => {
+      const wanted = this.shown;
+      const stages = await Promise.all(wanted.map(async (id) => {
         const run = await replay.unpack(id);
         const device = run.device && (await replay.unpack(run.device));
         return new replay.Stage(run, await replay.unpack(run.body), device, this.table);
       }));
+      if (wanted !== this.shown) return stages.forEach((stage) => stage.dispose()); // chosen anew meanwhile
       this.stages.forEach((stage) => stage.dispose());
       this.stages = stages;
       const runs = stages.map((stage) => stage.run);
@@ -79,7 +105,8 @@
       this._theme();
       this.seeThrough(this.find("through").checked);
       this._size();
-      this.seek(Math.min(Math.max(0, this.first), this.last));
+      const soonest = Math.min(...runs.map((run) => run.time[run.time.length - 1]));
+      this.seek(soonest < 0 ? this.first : Math.max(0, this.first)); // a fall amid the settling is seen from its start
       this.view("overview"); // which makes room for the titles that are there by now
     }
 
@@ -269,8 +296,7 @@
       this.find("time").addEventListener("input", (event) => this.seek(Number(event.target.value)));
       this.find("through").addEventListener("change", (event) => this.seeThrough(event.target.checked));
       root.querySelectorAll("[data-view]").forEach((each) => each.addEventListener("click", () => this.view(each.dataset.view)));
-      const choosers = [...root.querySelectorAll(".replay-run")];
-      choosers.forEach((each) => each.addEventListener("change", () => this.choose(choosers.map((one) => one.value))));
+      this.choosers.forEach((each) => each.addEventListener("change", () => this.choose(this.choosers.map((one) => one.value))));
       (alone ? document : root).addEventListener("keydown", (event) => this._key(event));
       this.orbit.addEventListener("start", () => (this.viewed = null)); // a camera set by hand stays
       if (!alone) {

@@ -1,0 +1,79 @@
+"""Dataset → what the page tells of each candidate when it is selected."""
+
+import json
+import shlex
+
+import numpy as np
+import xarray as xr
+from markupsafe import Markup
+
+from simcore.report.certificates import doubt_of
+from simcore.report.findings import fall_reason
+from simcore.report.limits import MARGIN, ROUNDING, limits_of
+from simcore.report.quantities import QUANTITIES, axes_of, coordinates_at, place_text
+from simcore.report.verdicts import MARKS, verdicts_of
+
+CANDIDATES_MAX = 1000
+"""Candidates that can be selected; more are left to the dataset."""
+
+
+def candidates_of(ds: xr.Dataset) -> list[dict]:
+    """Return the candidates as shown, at most `CANDIDATES_MAX`, in the order of the study.
+
+    Each has its `id`, `place`, `verdict`, `mark`, `why` and `doubt` as texts, the `command` that
+    simulates it again, `figures` as pairs of title and text, and `margins`: title, limit, margin
+    as text and as number, where it is least, and whether the candidate is over the limit.
+    """
+    axes, verdicts, limits = axes_of(ds), verdicts_of(ds), limits_of(ds)
+    scalars = [name for name in QUANTITIES if name in ds and ds[name].dims == verdicts.dims]
+    told = []
+    for index in list(np.ndindex(verdicts.shape))[:CANDIDATES_MAX]:
+        figures = ds.isel(dict(zip(verdicts.dims, index, strict=True)))
+        coordinates, verdict = coordinates_at(ds, index), verdicts.values[index]
+        told.append(
+            {
+                "id": figures["candidate"].item(),
+                "place": place_text(axes, coordinates),
+                "verdict": verdict,
+                "mark": MARKS[verdict],
+                "why": fall_reason(figures),
+                "doubt": doubt_of(figures),
+                "command": simulate_command(ds, coordinates),
+                "figures": [
+                    (QUANTITIES[name].title, QUANTITIES[name].text(figures[name].item()))
+                    for name in scalars if np.isfinite(figures[name].item())
+                ],
+                "margins": [
+                    _margin(limit, index) for limit in limits
+                    if np.isfinite(limit.margin.values[index])
+                ],
+            }
+        )
+    return told
+
+
+def as_data(content: object) -> Markup:
+    """Return JSON that cannot end the script element that holds it."""
+    return Markup(json.dumps(content, separators=(",", ":")).replace("<", "\\u003c"))
+
+
+def simulate_command(ds: xr.Dataset, coordinates: dict) -> str:
+    """Return the shell command that simulates one candidate of the study again."""
+    settings = [f"{name}={_plain(value)}" for name, value in coordinates.items()]
+    study = f"config/{ds.attrs.get('study', 'STUDY')}.yaml"
+    words = ["simcore", "simulate", study]
+    for setting in settings:
+        words += ["--set", setting]
+    return shlex.join([*words, "--out", "run.nc"])
+
+
+def _margin(limit, index: tuple[int, ...]) -> tuple:
+    value = limit.margin.values[index]
+    return (limit.title, limit.value, MARGIN.text(value), round(float(value), 4),
+            limit.worst_part(index), bool(value < -ROUNDING))
+
+
+def _plain(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:.12g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,76 @@
+// Draws each chart when it comes near the screen. A click selects the candidate of a point; the selected one is framed.
+(() => {
+  "use strict";
+  const CONFIG = { displayModeBar: false, responsive: true };
+  const AHEAD = "600px"; // drawn so far before they are seen
+  const plots = [...document.querySelectorAll(".plot")];
+  let selected = document.getElementById("candidate-choice").value;
+
+  const nameOf = (data) => [data ?? []].flat(2).at(-1);
+  const colour = () => getComputedStyle(document.documentElement).getPropertyValue("--ink").trim();
+
+  function draw(plot) {
+    if (plot.drawn) return;
+    plot.drawn = true;
+    const { data, layout } = JSON.parse(plot.nextElementSibling.textContent);
+    const ring = {
+      type: "scatter", mode: "markers", x: [], y: [], hoverinfo: "skip", showlegend: false,
+      marker: { symbol: "circle-open", size: 19, line: { width: 2.5 } },
+    };
+    plot.ring = data.some((trace) => trace.type === "scatter" && trace.customdata) ? data.length : null;
+    Plotly.newPlot(plot, plot.ring === null ? data : [...data, ring], layout, CONFIG).then(() => {
+      plot.on("plotly_click", ({ points }) => {
+        const name = nameOf(points[0].customdata);
+        if (name) document.dispatchEvent(new CustomEvent("simcore:select", { detail: name }));
+      });
+      mark(plot);
+    });
+  }
+
+  /** Frame the selected candidate: a ring around its points, a box around its cells. */
+  function mark(plot) {
+    if (!plot._fullData) return;
+    if (plot.ring !== null) {
+      const found = plot._fullData.flatMap((trace) =>
+        [...(trace.customdata ?? [])].flatMap((each, i) => (nameOf(each) === selected ? [[trace.x[i], trace.y[i]]] : [])));
+      const [x, y] = [0, 1].map((axis) => [found.map((point) => point[axis])]);
+      Plotly.restyle(plot, { x, y, "marker.color": colour() }, [plot.ring]);
+      return;
+    }
+    const map = plot._fullData.find((trace) => trace.type === "heatmap" && trace.customdata);
+    if (!map) return;
+    const cells = [...map.customdata].flatMap((row, j) => [...row].flatMap((each, i) => (nameOf(each) === selected ? [[i, j]] : [])));
+    const [across, along] = [0, 1].map((axis) => cells.map((cell) => cell[axis]));
+    const box = {
+      type: "rect", x0: Math.min(...across) - 0.5, x1: Math.max(...across) + 0.5,
+      y0: Math.min(...along) - 0.5, y1: Math.max(...along) + 0.5, line: { color: colour(), width: 2.5 },
+    };
+    Plotly.relayout(plot, { shapes: cells.length ? [box] : [] });
+  }
+
+  const near = new IntersectionObserver((entries) => {
+    for (const entry of entries) if (entry.isIntersecting) draw(entry.target);
+  }, { rootMargin: AHEAD });
+  plots.forEach((plot) => near.observe(plot));
+
+  document.addEventListener("simcore:select", (event) => {
+    selected = event.detail;
+    plots.forEach(mark);
+  });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => plots.forEach(mark));
+
+  const opened = new Set(); // details that are closed again after printing
+  addEventListener("beforeprint", () => {
+    document.querySelectorAll("details.mat:not([open])").forEach((each) => {
+      each.open = true;
+      opened.add(each);
+    });
+    plots.forEach(draw);
+    plots.forEach(Plotly.Plots.resize);
+  });
+  addEventListener("afterprint", () => {
+    opened.forEach((each) => (each.open = false));
+    opened.clear();
+    plots.filter((plot) => plot.drawn && plot.offsetParent).forEach(Plotly.Plots.resize);
+  });
+})();
