@@ -10,18 +10,11 @@ import numpy as np
 import pytest
 import trimesh
 from PIL import Image
-from report_studies import ANGLES, BODIES, SLING, figures, make_study
+from report_studies import ANGLES, BODIES, SLING, make_study
+from still_runs import simulate_still
 
-from simcore.dataset import (
-    candidate_dataset,
-    candidate_path,
-    open_dataset,
-    row,
-    trajectory_dataset,
-    write_dataset,
-)
+from simcore.dataset import candidate_path, open_dataset, write_dataset
 from simcore.errors import DesignError
-from simcore.recorder import Trajectory
 from simcore.report import build_report
 from simcore.report.mat import mat_chart
 from simcore.report.runs import read_run
@@ -34,7 +27,6 @@ from simcore.report.sling_pictures import (
     press_skin,
     sling_meshes,
 )
-from simcore.scene import build_scene
 
 VOID = {"meta", "img", "br", "link", "input", "hr"}
 
@@ -99,51 +91,9 @@ def by_angle(place) -> float:
     return -1.0 if place["support_angle_deg"] < 5 else 0.7
 
 
-def still(scene) -> tuple[Trajectory, np.ndarray]:
-    """Return a run of four frames, in which the body stands still, and its pressures (4, n)."""
-    time = np.array([-0.5, 0.0, 1.0, 2.0])
-    skin_count = scene.body.skin.vertex_count
-    pressure = np.zeros((4, skin_count))
-    pressure[:, :400] = [[90e3], [20e3], [34e3], [90e3]]  # settles, held or falling, fallen
-    low, high = scene.mat_points.min(axis=0), scene.mat_points.max(axis=0)
-    mat_x, mat_y = (np.arange(*ends, 0.025) + 0.0125 for ends in zip(low, high, strict=True))
-    reading = np.zeros((4, len(mat_x), len(mat_y)), np.float32)
-    reading[:, 8, 4] = [60e3, 5e3, 24e3, 16e3]
-    start, sling = scene.motion(0.0), scene.sling
-    trajectory = Trajectory(
-        time=time,
-        q=np.tile(scene.configuration, (4, 1)),
-        v=np.zeros((4, scene.body.model.nv)),
-        device_rotation=np.tile(start.rotation, (4, 1, 1)),
-        device_position=np.tile(start.position, (4, 1)),
-        displacement=np.zeros(4),
-        segment_force=np.zeros((4, 18, 3)),
-        support_force=np.zeros((4, 3)),
-        normal_force=np.zeros((4, skin_count), np.float32),
-        shear=np.zeros((4, skin_count), np.float32),
-        slip_force=np.zeros(4),
-        mat_pressure=reading, mat_x=mat_x, mat_y=mat_y,
-        sheet_position=np.tile(sling.start.position, (4, 1, 1)) if sling else None,
-        strap_force=np.zeros((4, len(sling.solver.sheet.straps.length), 3)) if sling else None,
-        contact_count=np.zeros(4, int),
-        depth_max=np.zeros(4),
-        energy=np.full((4, 8), np.nan),
-        settled=True, cpu_time=1.0, status="ok", reason="",
-    )
-    return trajectory, pressure
-
-
 def report_of(folder, outcome, **options) -> SimpleNamespace:
-    """Return a study, its dataset and its report; every candidate has a run that is `still`."""
-    study, dataset = make_study(folder, outcome, bodies=BODIES[:1], **options)
-    for candidate in study.candidates:
-        scene = build_scene(candidate.design, candidate.coordinates["body"], folder)
-        trajectory, pressure = still(scene)
-        told = row(candidate, "ok", "", figures(outcome(candidate.coordinates), bool(scene.sling)))
-        write_dataset(
-            candidate_dataset(candidate, told, trajectory_dataset(trajectory, pressure)),
-            candidate_path(study.folder / "candidates", candidate),
-        )
+    """Return a study of still runs, its dataset and its report."""
+    study, dataset = simulate_still(folder, outcome, **options)
     return SimpleNamespace(
         study=study, dataset=dataset, page=read(build_report(dataset, folder / "report.html"))
     )

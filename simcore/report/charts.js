@@ -3,6 +3,7 @@
   "use strict";
   const CONFIG = { displayModeBar: false, responsive: true };
   const AHEAD = "600px"; // drawn so far before they are seen
+  const MAT_PRINTED = 340; // width of a sensor mat on paper [pixel], two of them side by side
   const plots = [...document.querySelectorAll(".plot")];
   let selected = document.getElementById("candidate-choice").value;
 
@@ -43,9 +44,10 @@
     const [across, along] = [0, 1].map((axis) => cells.map((cell) => cell[axis]));
     const box = {
       type: "rect", x0: Math.min(...across) - 0.5, x1: Math.max(...across) + 0.5,
-      y0: Math.min(...along) - 0.5, y1: Math.max(...along) + 0.5, line: { color: colour(), width: 2.5 },
+      y0: Math.min(...along) - 0.5, y1: Math.max(...along) + 0.5,
     };
-    Plotly.relayout(plot, { shapes: cells.length ? [box] : [] });
+    const lines = [{ color: "#fff", width: 5 }, { color: "#000", width: 2 }]; // seen on any colour of the map
+    Plotly.relayout(plot, { shapes: cells.length ? lines.map((line) => ({ ...box, line })) : [] });
   }
 
   const near = new IntersectionObserver((entries) => {
@@ -66,11 +68,14 @@
       opened.add(each);
     });
     plots.forEach(draw);
-    plots.forEach(Plotly.Plots.resize);
+    plots.forEach((plot) => (plot.closest(".mat") ? Plotly.relayout(plot, { width: MAT_PRINTED }) : Plotly.Plots.resize(plot)));
   });
   addEventListener("afterprint", () => {
+    for (const plot of plots) {
+      if (plot.closest(".mat")) Plotly.relayout(plot, { width: null, autosize: true });
+      else Plotly.Plots.resize(plot);
+    }
     opened.forEach((each) => (each.open = false));
     opened.clear();
-    plots.filter((plot) => plot.drawn && plot.offsetParent).forEach(Plotly.Plots.resize);
   });
 })();

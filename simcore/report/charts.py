@@ -264,7 +264,7 @@ def _region_maps(part: Slice) -> dict[str, go.Figure]:
             colorbar=_colour_bar(quantity), xgap=1, ygap=1, **_colours_from_zero(quantity, true),
         )
         figure.update_xaxes(title=axis.label, type="category", showgrid=False)
-        figure.update_yaxes(showgrid=False, ticksuffix=" ")
+        figure.update_yaxes(title="Body region", showgrid=False, ticksuffix=" ")
         figures[body] = finish(figure, 110 + 24 * max(int(pressed.sum()), 6))
     return figures
 
