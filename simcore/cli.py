@@ -6,6 +6,7 @@ import sys
 import webbrowser
 from dataclasses import asdict
 from pathlib import Path
+from time import monotonic
 from typing import Annotated
 
 import typer
@@ -116,8 +117,13 @@ def simulate(
     )
 
     def told(what: str):
-        task = bar.add_task(what, total=longest, now="")
-        return lambda time: bar.update(task, completed=time, now=f"{time:.1f} s")
+        task, began = bar.add_task(what, total=longest, now=""), monotonic()
+
+        def now(time: float) -> None:
+            speed = time / max(monotonic() - began, 1e-3)
+            bar.update(task, completed=time, now=f"{time:.1f} s, {speed:.2f} × real time")
+
+        return now
 
     with bar:
         figures, frames, trajectory = run_candidate(candidate, loaded.root, told("simulating"))
@@ -178,6 +184,27 @@ def replay(
     console.print(f"written: {out}", highlight=False)
     if show:
         webbrowser.open(out.resolve().as_uri())
+
+
+@app.command()
+def plot(
+    results: Annotated[Path, typer.Argument(help="results/STUDY, or its dataset.nc")],
+    metric: Annotated[str, typer.Argument(help="such as peak_pressure: docs/dataset.md")],
+    axis: Annotated[
+        str | None, typer.Option(help="along the picture [default: of most values]")
+    ] = None,
+    replace: Annotated[
+        list[str] | None, typer.Option("--set", help="AXIS=VALUE [default: as the best design]")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help=".png or .svg [default: METRIC.svg]")] = None,
+) -> None:
+    """Draw a metric over an axis of a study, bodies as series, for a publication."""
+    out = out or Path(f"{metric}.svg")
+    _refuse_unwritable(out)
+    from simcore.report.plot import write_plot
+
+    write_plot(results, metric, axis, _parse(replace or []), out)
+    console.print(f"written: {out}", highlight=False)
 
 
 @app.command()

@@ -23,6 +23,9 @@ from simcore.recorder import Trajectory
 SCHEMA = 3
 """Version of the file layout; `open_dataset` refuses others."""
 
+ABOUT = ("title", "study", "comment")
+"""Attributes that tell what a dataset is about."""
+
 CONVENTIONS = "CF-1.11"
 
 TRAJECTORY = {
@@ -208,8 +211,14 @@ def _margins(ds: xr.Dataset, exposure: float) -> dict[str, xr.DataArray]:
     }
 
 
-def open_dataset(path: Path) -> xr.Dataset:
+def open_dataset(path: Path, older: bool = False) -> xr.Dataset:
     """Open a dataset or a candidate that this project wrote.
+
+    Parameters
+    ----------
+    path : Path
+    older : bool
+        Open what an earlier version wrote, too: figures may be lacking.
 
     Raises
     ------
@@ -220,12 +229,40 @@ def open_dataset(path: Path) -> xr.Dataset:
         ds = xr.load_dataset(path)
     except (OSError, ValueError) as error:
         raise DesignError(f"{path}: cannot be read as NetCDF ({error})") from None
-    if ds.attrs.get("schema") != SCHEMA:
+    if ds.attrs.get("schema") not in (range(1, SCHEMA + 1) if older else (SCHEMA,)):
         raise DesignError(
             f"{path}: schema {ds.attrs.get('schema', 'unknown')}, this version reads {SCHEMA}; "
             "run the sweep again"
         )
     return ds
+
+
+def open_results(path: Path | str, **place) -> xr.Dataset:
+    """Open a study's dataset, or of one of its candidates the run: see `simcore.open`."""
+    path = Path(path)
+    file = path / "dataset.nc" if path.is_dir() else path
+    if path.is_dir() and not file.is_file():
+        raise DesignError(
+            f"{path}: holds no dataset.nc; accepted: a study's folder, such as results/lift_angle"
+        )
+    ds = open_dataset(file)
+    # What it is comes before what it was made with, of which a notebook shows a line each.
+    ds.attrs = {key: ds.attrs[key] for key in ABOUT if key in ds.attrs} | ds.attrs
+    if not place:
+        return ds
+    if "config" not in ds.attrs:
+        raise DesignError(f"{path}: is one run; a place ({', '.join(place)}) is of a study")
+    axes = ds["candidate"].dims
+    for name, value in place.items():
+        if name not in axes:
+            raise DesignError(f"{path}: {name}: no axis; accepted: {', '.join(axes)}")
+        values = ds[name].values.tolist()
+        if value not in values:
+            raise DesignError(f"{path}: {name}: {value} is none of {', '.join(map(str, values))}")
+    chosen = ds["candidate"].sel(place).squeeze()
+    if chosen.ndim:
+        raise DesignError(f"{path}: several candidates; add {', '.join(chosen.dims)}")
+    return open_dataset(file.parent / "candidates" / f"{chosen.item()}.nc")
 
 
 def design_of(ds: xr.Dataset) -> Design:

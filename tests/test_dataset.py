@@ -32,7 +32,7 @@ from simcore.jobs import jobs_of
 from simcore.limits.margins import COMPARATIVE, bounds
 from simcore.metrics import JOINTS, METRICS, STATUS
 from simcore.provenance import simulation_digest
-from simcore.sweep import begin_count, count_done, describe_row, simulate_missing
+from simcore.sweep import Count, begin_count, count_done, describe_row, simulate_missing
 
 AXES = "{support_angle_deg: [0, 5, 7], seat_depth_m: [0.36, 0.4]}"
 
@@ -291,10 +291,19 @@ def test_finished_candidates_are_counted_over_jobs(simulated, tmp_path):
     whole = load_study(study.path)  # with a second candidate, which is not simulated yet
     other = next(each for each in whole.candidates if each.id != candidate.id)
     begin_count(whole)
-    assert count_done(whole, other) == 2
-    assert count_done(whole, other) == 2
+    both = count_done(whole, other, failed=True)
+    assert (both.done, both.total, both.fresh, both.failed) == (2, 2, 1, 1)
+    assert count_done(whole, other, failed=True).done == 2
     begin_count(whole)
-    assert count_done(whole, candidate) == 1
+    assert count_done(whole, candidate).done == 1
+
+
+def test_a_count_tells_rate_and_time_left():
+    assert Count(12, 29, 6, 1, 60.0).pace == "1 failed, 6.0 a minute, 3 min left"
+    assert Count(29, 29, 17, 0, 60.0).pace == ""
+    assert Count(1, 3000, 1, 0, 10.0).pace == "6.0 a minute, 8.3 h left"
+    assert sum(Count(done, 29, 1, 0, 1.0).is_tenth for done in range(1, 30)) == 10
+    assert all(Count(done, 8, 1, 0, 1.0).is_tenth for done in range(1, 9))
 
 
 def test_margins_are_taken_to_each_limit(made):

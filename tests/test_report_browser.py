@@ -143,7 +143,8 @@ def test_a_point_of_a_chart_selects_and_a_bar_tells_it(page, study):
     go_to(page, "#chart-peak-pressure-0")
     x, y = page.evaluate(
         "(() => { const plot = document.getElementById('chart-peak-pressure-0');"
-        " const { x, y } = plot.getBoundingClientRect(), { _size, xaxis, yaxis } = plot._fullLayout;"
+        " const { x, y } = plot.getBoundingClientRect();"
+        " const { _size, xaxis, yaxis } = plot._fullLayout;"
         " return [x + _size.l + xaxis.d2p(4), y + _size.t + yaxis.d2p(38)]; })()"
     )
     for kind in ("mouseMoved", "mousePressed", "mouseReleased"):
@@ -152,7 +153,9 @@ def test_a_point_of_a_chart_selects_and_a_bar_tells_it(page, study):
         page.settle()
         if kind == "mouseMoved":
             wait_for(page, "document.querySelector('#chart-peak-pressure-0 .hovertext')")
-            hover = page.evaluate("document.querySelector('.hoverlayer').textContent")
+            hover = page.evaluate(
+                "document.querySelector('#chart-peak-pressure-0 .hoverlayer').textContent"
+            )
             assert "4°: 38.0 kPa, ✕ fell" in hover and "male_172_70" in hover
     assert page.evaluate(f"{CHOICE}.value") == study.candidates[1].id
     bar = page.evaluate("document.querySelector('.chosen').textContent")

@@ -10,7 +10,7 @@ from simcore.report.exemplars import choose_exemplars
 from simcore.report.findings import body_findings, headline
 from simcore.report.physics import tables_of
 from simcore.report.quantities import QUANTITIES, axes_of, number_text, path_value
-from simcore.report.trust import columns_of, fill_missing_metrics, trust_rows, trust_summary
+from simcore.report.trust import columns_of, fill_missing, trust_rows, trust_summary
 from simcore.report.verdicts import (
     best_design,
     gentlest_candidate,
@@ -255,7 +255,7 @@ def test_figures_that_no_device_of_the_study_has_are_left_out_and_not_missing(tm
     strap = "Strap tension"
     assert [strap in columns_of(ds) for ds in (lift, sling, both)] == [False, True, True]
     for ds in (lift, sling, both):
-        assert fill_missing_metrics(ds)[1] == []
+        assert fill_missing(ds)[1] == []
         assert all(len(row.figures) == len(row.flags) == len(columns_of(ds))
                    for row in trust_rows(ds))
     tensions = [row.figures[columns_of(both).index(strap)] for row in trust_rows(both)]

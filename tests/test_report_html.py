@@ -314,6 +314,32 @@ def test_metrics_that_an_older_dataset_lacks_are_named(tmp_path):
     assert "chart-fall-margin-0" in [each.get("id") for each in page.all("div")]
 
 
+def test_a_dataset_of_the_first_schema_is_shown_with_what_it_has(tmp_path):
+    """As that schema was: fewer metrics, neither certificates nor margins, no names of joints."""
+    _, dataset = make_study(tmp_path, by_angle, axes=ANGLES)
+    ds = open_dataset(dataset)
+    kept = ["fell", "fall_margin", "fall_time", "peak_pressure", "status", "reason", "candidate"]
+    older = ds[kept].drop_vars(["region", "joint"], errors="ignore")
+    older.attrs = {"schema": 1, "title": "Old", "designs": "{}"}
+    write_dataset(older, dataset)
+    page = read(build_report(dataset, tmp_path / "report.html"))
+    assert "falls at 4° and below, holds from 7°" in page.text
+    assert "certificates; margins to limits" in page.text
+    assert "Equations and constants are of another version" in page.text
+    assert "chart-peak-pressure-0" in [each.get("id") for each in page.all("div")]
+
+
+@pytest.mark.parametrize(("schema", "lost"), [(99, None), (3, "fell")])
+def test_what_has_no_verdicts_or_is_of_a_later_schema_is_refused(tmp_path, schema, lost):
+    _, dataset = make_study(tmp_path, lambda place: 0.6)
+    ds = open_dataset(dataset).drop_vars([lost] if lost else [])
+    ds.attrs["schema"] = schema
+    write_dataset(ds, dataset)
+    with pytest.raises(DesignError, match="run the sweep again"):
+        build_report(dataset, tmp_path / "report.html")
+    assert not (tmp_path / "report.html").exists()
+
+
 def test_a_reason_takes_the_place_of_figures_that_are_not_there(tmp_path):
     _, dataset = make_study(tmp_path, lambda place: "slip_through", **SLING)
     page = read(build_report(dataset, tmp_path / "report.html"))

@@ -9,7 +9,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
-from simcore.dataset import open_dataset
+from simcore.dataset import SCHEMA, open_dataset
 from simcore.export.whole_file import write_whole
 from simcore.limits.margins import COMPARATIVE
 from simcore.pressure_scale import colour_stops
@@ -29,7 +29,7 @@ from simcore.report.runs import Run, read_run
 from simcore.report.trust import (
     ROWS_MAX,
     columns_of,
-    fill_missing_metrics,
+    fill_missing,
     trust_rows,
     trust_summary,
 )
@@ -54,10 +54,11 @@ def build_report(dataset_path: Path, out_path: Path, root: Path | None = None) -
     Raises
     ------
     DesignError
-        The dataset cannot be read.
+        The dataset cannot be read, or has not even verdicts. One of an older schema is shown with
+        what it has.
     """
     dataset_path, out_path = Path(dataset_path), Path(out_path)
-    ds, missing = fill_missing_metrics(open_dataset(dataset_path))
+    ds, missing = fill_missing(open_dataset(dataset_path, older=True))
     root = root or dataset_path.resolve().parents[2]
     write_whole(out_path, _page(ds, missing, dataset_path.parent / "candidates", root).encode())
     return out_path
@@ -128,8 +129,9 @@ def _context(ds: xr.Dataset) -> dict:
         "variants": VARIANT_TITLES.values(),
         "certificates": certificates,
         "certificates_left_out": int(ds["certified"].notnull().sum()) - len(certificates),
-        "equations": equations_of(ds),
-        "tables": tables_of(ds),
+        # A design of an older schema may lack what these tell of.
+        "equations": equations_of(ds) if ds.attrs["schema"] == SCHEMA else [],
+        "tables": tables_of(ds) if ds.attrs["schema"] == SCHEMA else [],
         "versions": ds.attrs.get("versions", "not recorded").split(", "),
         "source_digest": ds.attrs.get("source_digest", "not recorded"),
         "config": ds.attrs.get("config", "not recorded"),

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from simcore.metrics import METRICS
+from simcore.body.regions import REGION_NAMES
+from simcore.errors import DesignError
+from simcore.metrics import JOINTS, METRICS
 from simcore.report.certificates import certificate_tile, doubt_of
 from simcore.report.physics import device_kinds
 from simcore.report.quantities import NOT_KNOWN, QUANTITIES, axes_of, coordinates_at
@@ -80,14 +82,33 @@ def columns_of(ds: xr.Dataset) -> tuple[str, ...]:
     return (*(METRIC_COLUMNS[name] for name in _metrics_of(ds)), *OTHER_COLUMNS)
 
 
-def fill_missing_metrics(ds: xr.Dataset) -> tuple[xr.Dataset, list[str]]:
-    """Return a dataset with every metric, and what it lacked: those columns are NaN."""
-    missing = [name for name in METRICS if name not in ds]
-    dims = ds["candidate"].dims
-    for name in missing:
-        wanted = (*dims, METRICS[name].per) if METRICS[name].per else dims
-        ds = ds.assign({name: (wanted, np.full([ds.sizes[dim] for dim in wanted], np.nan))})
-    return ds, [METRICS[name].long_name for name in missing]
+def fill_missing(ds: xr.Dataset) -> tuple[xr.Dataset, list[str]]:
+    """Return a dataset with all that this version has, and in words what it lacked: that is NaN.
+
+    Raises
+    ------
+    DesignError
+        It has no verdicts.
+    """
+    absent = [name for name in ("status", "reason", "candidate", "fell") if name not in ds]
+    if absent:
+        raise DesignError(f"dataset: has no {absent[0]}; run the sweep again")
+    dims, told = ds["candidate"].dims, []
+    parts = {"region": REGION_NAMES, "joint": JOINTS}
+    ds = ds.assign_coords({dim: list(names) for dim, names in parts.items() if dim not in ds.dims})
+    for name, metric in METRICS.items():
+        if name not in ds:
+            wanted = (*dims, metric.per) if metric.per else dims
+            ds[name] = (wanted, np.full([ds.sizes[dim] for dim in wanted], np.nan))
+            told.append(metric.long_name)
+    if "certified" not in ds:
+        shape = [ds.sizes[dim] for dim in dims]
+        ds["certified"] = (dims, np.full(shape, np.nan))
+        ds["certificate_reason"] = (dims, np.full(shape, "", dtype=object))
+        told.append("certificates")
+    if not any("limit" in each.attrs for each in ds.data_vars.values()):
+        told.append("margins to limits")
+    return ds, told
 
 
 def trust_rows(ds: xr.Dataset) -> list[Row]:

@@ -1,6 +1,8 @@
 """Simulate the candidates of one job; write their figures as one table."""
 
+import os
 import signal
+import sys
 from pathlib import Path
 
 from simcore.config import load_study
@@ -11,9 +13,12 @@ signal.signal(signal.SIGINT, signal.SIG_DFL)  # an exception amid a write can ha
 
 
 def report(candidate, row):
-    """Print one line for a finished candidate."""
-    done = f"{count_done(study, candidate)}/{len(study.runs)}"
-    print(f"{done:>9}  {describe_row(candidate, row)}", flush=True)
+    """Print a line for a finished candidate; in a log, only for failures and every tenth."""
+    failed = row.status.item() != "ok"
+    count = count_done(study, candidate, failed)
+    if failed or count.is_tenth or (sys.stdout.isatty() and "CI" not in os.environ):
+        done, pace = f"{count.done}/{count.total}", count.pace and f"  ({count.pace})"
+        print(f"{done:>9}  {describe_row(candidate, row)}{pace}", flush=True)
 
 
 study = load_study(snakemake.params.study)
