@@ -10,7 +10,7 @@ from markupsafe import Markup
 from simcore.report.certificates import doubt_of
 from simcore.report.findings import fall_reason
 from simcore.report.limits import MARGIN, ROUNDING, limits_of
-from simcore.report.quantities import QUANTITIES, axes_of, coordinates_at, place_text
+from simcore.report.quantities import QUANTITIES, axes_of, coordinates_at, number_text, place_text
 from simcore.report.verdicts import MARKS, verdicts_of
 
 CANDIDATES_MAX = 1000
@@ -68,9 +68,11 @@ def simulate_command(ds: xr.Dataset, coordinates: dict) -> str:
 
 
 def _margin(limit, index: tuple[int, ...]) -> tuple:
-    value = limit.margin.values[index]
-    return (limit.title, limit.value, MARGIN.text(value), round(float(value), 4),
-            limit.worst_part(index), bool(value < -ROUNDING))
+    value = float(limit.margin.values[index])
+    over = value < -ROUNDING
+    # Over it by little is not over it by nothing.
+    text = MARGIN.text(value) if not over or value < -0.005 else number_text(float(f"{value:.1g}"))
+    return limit.title, limit.value, text, round(value, 4), limit.worst_part(index), over
 
 
 def _plain(value: object) -> str:

@@ -4,6 +4,7 @@ import base64
 import json
 import math
 import re
+from collections.abc import Callable
 from importlib import resources
 from pathlib import Path
 
@@ -42,6 +43,7 @@ class Replays:
     def __init__(self, scale: float):
         self.scale = scale
         self._blocks: dict[str, bytes] = {}
+        self._made: dict[str, bytes] = {}
         self._labels: dict[str, str] = {}
         self._kinds: set[str] = set()
 
@@ -53,12 +55,13 @@ class Replays:
         Return whether it was: not if `assets` would then take more than `room` bytes.
         """
         title = title or title_of(recording)
-        block = pack_body(recording.body)
+        design = recording.design
+        block = self._once(design.body, lambda: pack_body(recording.body))
         body = name_of("body", block)
         blocks = {body: block}
         device = None
         if recording.net is None:
-            block = pack_device(recording)
+            block = self._once(design.device.rigid_part, lambda: pack_device(recording))
             device = name_of("device", block)
             blocks[device] = block
         labels = {"title": title, **_outcome(recording)}
@@ -68,8 +71,15 @@ class Replays:
             return False
         self._blocks = blocks
         self._labels[run] = title
-        self._kinds.add(recording.design.device.kind)
+        self._kinds.add(design.device.kind)
         return True
+
+    def _once(self, design, make: Callable[[], bytes]) -> bytes:
+        """Return the block of a design, made where it was not before: compressing takes longest."""
+        key = design.model_dump_json()
+        if key not in self._made:
+            self._made[key] = make()
+        return self._made[key]
 
     @property
     def runs(self) -> list[str]:
@@ -177,10 +187,13 @@ def _options(choices: list[tuple[str, str]], chosen: str) -> Markup:
 
 
 def _size(blocks: dict[str, bytes]) -> int:
-    """Return about how many bytes `Replays.assets` takes: data as base64, and the scripts."""
+    """Return how many bytes `Replays.assets` takes at the most: data as base64, style, scripts."""
     folder = resources.files("simcore.viewer")
-    scripts = sum(len((folder / name).read_bytes()) for name in SCRIPTS)
-    return scripts + sum(100 + 4 * math.ceil(len(block) / 3) for block in blocks.values())
+    texts = sum(len((folder / name).read_bytes()) for name in ("viewer.css", *SCRIPTS))
+    colours = 4 * 4 * 256 // 3 + 100
+    tags = 20 * (1 + len(SCRIPTS))
+    return texts + colours + tags + sum(100 + 4 * math.ceil(len(each) / 3)
+                                        for each in blocks.values())
 
 
 def _data(name: str, text: str) -> str:
