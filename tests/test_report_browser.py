@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from chromium import Chromium, find_chromium
 from PIL import Image
-from report_studies import ANGLES, SLING
+from report_studies import ANGLES, BODIES, SLING, make_study
 from still_runs import simulate_still
 
 from simcore.dataset import candidate_path
@@ -189,4 +189,30 @@ def test_a_sling_is_shown_too(browser, tmp_path):
     browser.open(build_report(dataset, tmp_path / "report.html"))
     assert browser.evaluate(f"!!{PLAYER}.stages[0].sheet")
     assert "Greatest strap tension240 N" in browser.evaluate(TOLD)
+    assert browser.complaints == []
+
+
+@pytest.mark.parametrize(
+    ("outcome", "options", "told"),
+    [
+        (lambda place: "blow_up", {"axes": ANGLES}, "It failed: made up to fail."),
+        (lambda place: 0.5, {"bodies": BODIES[:1]}, "It held with a fall margin of 0.50"),
+        (lambda place: -0.5, {"axes": "{support_angle_deg: [0, 7], recline_deg: [10, 20]}"},
+         "It fell 1.5 s after"),
+    ],
+    ids=["all_failed", "one_candidate", "two_axes"],
+)
+def test_without_any_run_it_still_tells_and_does_not_complain(
+    browser, tmp_path, outcome, options, told
+):
+    _, dataset = make_study(tmp_path, outcome, **options)
+    browser.open(build_report(dataset, tmp_path / "report.html"))
+    browser.evaluate("dispatchEvent(new Event('beforeprint'))")
+    browser.settle()
+    cells = "document.querySelectorAll('.matrix [data-candidate]')"
+    browser.evaluate(f"[...{cells}].at(-1).click()")
+    browser.settle()
+    assert told in browser.evaluate(TOLD)
+    seen = browser.evaluate("document.querySelector('#candidate').textContent")
+    assert "No run is kept to be replayed." in seen
     assert browser.complaints == []

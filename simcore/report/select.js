@@ -88,12 +88,21 @@
     bar.hidden = bar.seen;
   }
 
+  /** Scroll a wide table, and nothing else, until a cell is beside the names of its rows. */
+  function bringIntoSight(button) {
+    const table = button.closest(".scroll"), cell = button.closest("td");
+    const names = cell.parentElement.cells[0].offsetWidth;
+    const [left, right] = [cell.offsetLeft - names, cell.offsetLeft + cell.offsetWidth - table.clientWidth];
+    table.scrollLeft = Math.min(Math.max(table.scrollLeft, right), left);
+  }
+
   function select(id, byReader = true) {
     const each = candidates.get(id);
     if (!each) return;
     choice.value = id;
     document.querySelectorAll("[data-candidate]").forEach((button) => button.setAttribute("aria-pressed", button.dataset.candidate === id));
     document.querySelectorAll(".matrix [data-candidate]").forEach((button) => (button.tabIndex = button.dataset.candidate === id ? 0 : -1));
+    document.querySelectorAll(".matrix [aria-pressed=true]").forEach(bringIntoSight);
     tell(each);
     if (byReader) {
       replay(each);
