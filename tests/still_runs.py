@@ -38,11 +38,14 @@ def still(scene) -> tuple[Trajectory, np.ndarray]:
         segment_force=np.zeros((4, 18, 3)),
         support_force=np.zeros((4, 3)),
         normal_force=np.zeros((4, skin_count), np.float32),
+        shear=np.zeros((4, skin_count), np.float32),
+        slip_force=np.zeros(4),
         mat_pressure=reading, mat_x=mat_x, mat_y=mat_y,
         sheet_position=np.tile(sling.start.position, (4, 1, 1)) if sling else None,
         strap_force=np.zeros((4, len(sling.solver.sheet.straps.length), 3)) if sling else None,
         contact_count=np.zeros(4, int),
         depth_max=np.zeros(4),
+        energy=np.full((4, 8), np.nan),
         settled=True, cpu_time=1.0, status="ok", reason="",
     )
     return trajectory, pressure
