@@ -1,13 +1,12 @@
 """Verdicts, thresholds, sentences and exemplars: pure functions of a dataset."""
 
-
 import pytest
 from report_studies import BODIES, SLING, make_dataset
 
 from simcore.report.candidates import simulate_command
 from simcore.report.equations import equations_of
 from simcore.report.exemplars import choose_exemplars
-from simcore.report.findings import body_findings, headline
+from simcore.report.findings import best_sentence, body_findings, headline
 from simcore.report.physics import tables_of
 from simcore.report.quantities import QUANTITIES, axes_of, number_text, path_value
 from simcore.report.trust import columns_of, fill_missing, trust_rows, trust_summary
@@ -274,3 +273,26 @@ def test_trust_tells_steadiness_and_that_a_sheet_counts(tmp_path):
     lift = {tile["title"]: tile for tile in trust_summary(make_dataset(tmp_path, lambda _: 0.5))}
     assert lift["Unsteadiness of the support force"]["good"]
     assert "sheet" not in lift["Support force over weight, at rest"]["note"]
+
+
+@pytest.mark.parametrize(
+    ("outcome", "options", "told"),
+    [
+        (
+            lambda place: {0: -0.5, 4: 0.2, 7: 0.6, 10: 0.3}[place["support_angle_deg"]]
+            - 0.1 * (place["body"] == BODIES[1]),
+            {"axes": ANGLES},
+            "Best is support angle 7°: it holds both bodies and leaves the largest margin to a "
+            "fall, 0.50 at the least (female_142_40); the peak pressure is 10.0 kPa (male_172_70).",
+        ),
+        (
+            lambda place: -1.1 + 0.1 * place["support_angle_deg"],
+            {"axes": ANGLES, "bodies": BODIES[:1]},
+            "Nearest to holding the body is support angle 10°: its fall margin is −0.10.",
+        ),
+        (lambda place: 0.5, {}, ""),  # there is no choice
+        (lambda place: "blow_up", {"axes": ANGLES}, ""),
+    ],
+)
+def test_the_best_design_is_named_with_its_reason(tmp_path, outcome, options, told):
+    assert best_sentence(make_dataset(tmp_path, outcome, **options)) == told

@@ -10,9 +10,18 @@
   const nameOf = (data) => [data ?? []].flat(2).at(-1);
   const colour = () => getComputedStyle(document.documentElement).getPropertyValue("--ink").trim();
 
+  /** Run plotly.js, of 4.8 MB, no sooner than a chart is wanted: it takes a second. */
+  function begin() {
+    if (window.Plotly) return;
+    const script = document.createElement("script");
+    script.textContent = document.getElementById("plotly").textContent;
+    document.head.append(script);
+  }
+
   function draw(plot) {
     if (plot.drawn) return;
     plot.drawn = true;
+    begin();
     const { data, layout } = JSON.parse(plot.nextElementSibling.textContent);
     const ring = {
       type: "scatter", mode: "markers", x: [], y: [], hoverinfo: "skip", showlegend: false,

@@ -53,8 +53,7 @@ def headline(ds: xr.Dataset) -> str:
         values = sorted(value for value, ok in zip(axis.values, good.values, strict=True) if ok)
         which = f"{axis.title.capitalize()} {_listed(axis, values)}"
         return f"{which} holds {whom}{_pressed_least(ds)}."
-    best = _design_text(ds, best_design(ds))
-    return f"{designs}; the largest margin is at {best}{_pressed_least(ds)}."
+    return f"{designs}{_pressed_least(ds)}."
 
 
 def best_sentence(ds: xr.Dataset) -> str:
