@@ -329,6 +329,16 @@ def test_a_dataset_of_the_first_schema_is_shown_with_what_it_has(tmp_path):
     assert "chart-peak-pressure-0" in [each.get("id") for each in page.all("div")]
 
 
+def test_certificates_of_fewer_metrics_are_shown_with_those(tmp_path):
+    _, dataset = make_study(tmp_path, lambda place: 0.6, bodies=BODIES[:1], certify="all")
+    ds = open_dataset(dataset)
+    kept = [name for name in ds.metric.values if name not in ("neck_moment", "slide_distance")]
+    write_dataset(ds.sel(metric=kept).drop_vars("neck_moment"), dataset)
+    page = read(build_report(dataset, tmp_path / "report.html"))
+    assert "Certificates (1)" in page.text and "largest torque of the neck's joint" in page.text
+    assert re.search(r"Slide on the support \d+ mm – – –", page.text)
+
+
 @pytest.mark.parametrize(("schema", "lost"), [(99, None), (3, "fell")])
 def test_what_has_no_verdicts_or_is_of_a_later_schema_is_refused(tmp_path, schema, lost):
     _, dataset = make_study(tmp_path, lambda place: 0.6)

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from simcore.body.regions import REGION_NAMES
+from simcore.certificate import FIGURES
 from simcore.errors import DesignError
 from simcore.metrics import JOINTS, METRICS
 from simcore.report.certificates import certificate_tile, doubt_of
@@ -101,6 +102,8 @@ def fill_missing(ds: xr.Dataset) -> tuple[xr.Dataset, list[str]]:
             wanted = (*dims, metric.per) if metric.per else dims
             ds[name] = (wanted, np.full([ds.sizes[dim] for dim in wanted], np.nan))
             told.append(metric.long_name)
+    if "metric" in ds.dims:  # of certificates: of metrics since added, no change is known
+        ds = ds.reindex(metric=list(FIGURES))
     if "certified" not in ds:
         shape = [ds.sizes[dim] for dim in dims]
         ds["certified"] = (dims, np.full(shape, np.nan))
