@@ -209,7 +209,7 @@ def lift_with(design_with):
 
     def make(changes: dict, method: dict):
         tree = deepcopy(shipped)
-        for key, value in method.items():
+        for key, value in ({"adaptive_step": None} | method).items():
             set_value(tree, key, value)
         design = design_with(changes).model_copy(update={"method": Method.model_validate(tree)})
         return build_scene(design, MAN, ROOT)
