@@ -15,7 +15,7 @@ from simcore.dynamics.impedance import (
     add_point_impedance,
     project_blocks,
 )
-from simcore.dynamics.implicit import joint_power
+from simcore.dynamics.implicit import joint_power, power_of_carrying
 from simcore.dynamics.pinocchio_views import view_segments
 from simcore.joint_torque import JointTorque
 from simcore.scene import Scene
@@ -223,16 +223,12 @@ class Interaction:
 
         The latter are what the impedance takes off the impulse on the root, `late` (47,) [N·s].
         """
-        moved = self._moved
-        if not (moved.linear_velocity.any() or moved.angular_velocity.any()):
-            return 0.0, 0.0
-        # Were the body carried along as it is, only its root would move.
-        rotation, arm = self._views.rotations[0], self._views.positions[0] - moved.position
-        carried = np.concatenate([
-            moved.linear_velocity + np.cross(moved.angular_velocity, arm),
-            moved.angular_velocity @ rotation,
-        ])
-        return step * float(self._contact_torque[:6] @ carried), -float(late[:6] @ carried)
+        moved, views = self._moved, self._views
+        power, late_work = power_of_carrying(
+            self._contact_torque, late, views.rotations, views.positions, moved.position,
+            moved.linear_velocity, moved.angular_velocity,
+        )
+        return step * power, -late_work
 
     def _torque(
         self, moved: DeviceState, q: np.ndarray, v: np.ndarray, lag: float

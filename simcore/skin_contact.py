@@ -24,9 +24,6 @@ from simcore.device.motion import DeviceState
 from simcore.dynamics.pinocchio_views import SegmentViews
 from simcore.scene import Scene
 
-SIGHT = 2e-3
-"""Skin that was farther off half-way through a step does not touch at its end [m]."""
-
 
 class SkinContact(Protocol):
     """What carries the skin.
@@ -241,13 +238,16 @@ class FoundationContact(_OnSkin):
         return heat, slid / step, implicit
 
     def stored_energy(self, segments: SegmentViews, device: DeviceState) -> float:
-        """Implement `SkinContact.stored_energy`."""
-        near = self.listed[self._depths[self.listed] > -SIGHT]
+        """Implement `SkinContact.stored_energy`.
+
+        What touches at the end of a step bears force half-way: Eq. C1 sees it coming.
+        """
+        pressed = self._pressed
         blend_listed(
-            near, *self._influences, segments.rotations, segments.positions, self._shown
+            pressed, *self._influences, segments.rotations, segments.positions, self._shown
         )
         return foundation_energy(
-            near, self._shown, *self._field, device.rotation, device.position, *self._flesh[:4],
+            pressed, self._shown, *self._field, device.rotation, device.position, *self._flesh[:4],
             self._anchor, self._closed,
         )
 

@@ -91,3 +91,36 @@ def joint_power(v, change, impedance, stiffness, damping, passive_torque, step, 
         heat += damping[i] * mean[i] * mean[i]
         implicit += (0.25 * step * stiffness[i] + 0.5 * damping[i]) * change[i] * mean[i]
     return taken, passive, heat, implicit
+
+
+@compiled
+def power_of_carrying(
+    torque, late, rotations, positions, origin, linear_velocity, angular_velocity
+):
+    """Return the powers of two torques when a whole body is carried along as if it were rigid.
+
+    Then only its root moves, whose velocity is that of its origin in world axes and its turn in
+    its own. Of the torque of contact it is the power of what the body is carried by [W].
+
+    Parameters
+    ----------
+    torque, late : (nv,) float64
+        Of both the entries of the root are used.
+    rotations : (m, 3, 3), positions : (m, 3) float64
+        Segment frames in the world, the root first [m].
+    origin, linear_velocity, angular_velocity : (3,) float64
+        Of the motion, world axes [m, m/s, rad/s].
+    """
+    arm, turn, shift = np.empty(3), angular_velocity, np.empty(3)
+    for a in range(3):
+        arm[a] = positions[0, a] - origin[a]
+    shift[0] = linear_velocity[0] + turn[1] * arm[2] - turn[2] * arm[1]
+    shift[1] = linear_velocity[1] + turn[2] * arm[0] - turn[0] * arm[2]
+    shift[2] = linear_velocity[2] + turn[0] * arm[1] - turn[1] * arm[0]
+    of_torque = of_late = 0.0
+    for a in range(3):
+        spin = rotations[0, 0, a] * turn[0] + rotations[0, 1, a] * turn[1] + (
+            rotations[0, 2, a] * turn[2])
+        of_torque += torque[a] * shift[a] + torque[3 + a] * spin
+        of_late += late[a] * shift[a] + late[3 + a] * spin
+    return of_torque, of_late
