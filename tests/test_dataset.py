@@ -174,7 +174,7 @@ def test_candidate_goes_round(simulated):
     assert ds.device_quaternion.shape == (ds.sizes["time"], 4)
     np.testing.assert_allclose(np.linalg.norm(ds.device_quaternion, axis=1), 1)
     assert ds.time.attrs["units"] == "s"
-    # Frames at 30 Hz by steps of 2 ms: each with the first step that is due. Settling lies before 0.
+    # Frames at 30 Hz by steps of 2 ms: each with the first step that is due. Time 0 is settled.
     due = np.arange(ds.sizes["time"]) / 30
     late = ds.time.values - ds.time.values[0] - due
     assert np.all((late > -1e-9) & (late < 0.002))
