@@ -35,9 +35,9 @@ def simulated(study: Path, place: dict) -> tuple[Scene, dict, np.ndarray]:
 
 
 def measure_lift() -> Measurement:
-    """Seat the man on the flat support and on the one inclined by 10°."""
+    """Seat the man on the flat support and on the one inclined by 7°."""
     _, flat, _ = simulated(LIFT, {"support_angle_deg": 0.0})
-    _, inclined, _ = simulated(LIFT, {"support_angle_deg": 10.0})
+    _, inclined, _ = simulated(LIFT, {"support_angle_deg": 7.0})
     return Measurement({
         "lift_flat_drops": flat["fell"],
         "lift_inclined_holds": inclined["fell"],
@@ -90,8 +90,8 @@ CHECKS = (
         (
             Criterion("lift_flat_drops", "the 70 kg man falls from the flat support, 1 if so",
                       0.5, 1, "", PAPER),
-            Criterion("lift_inclined_holds", "he falls from the support inclined by 10°, 1 if so",
-                      0, 0.5, "", PAPER + ", at 7°"),
+            Criterion("lift_inclined_holds", "he falls from the support inclined by 7°, 1 if so",
+                      0, 0.5, "", PAPER),
             Criterion("lift_support", "support force over weight, held at rest", 0.99, 1.01, "",
                       STATICS),
             energy_criterion("lift", "both lifts, the fall included, greater"),
