@@ -104,46 +104,48 @@ def _move_on(rows, r, px, py, pz, rate, h, plane):
 
 
 @njit(inline="always")
-def _spend(rows, r, px, py, pz, vx, vy, vz, rate, h, plane, spent):
-    """Add what plane r spends in a sub-step [J]: Eq. E5.
+def _spent(rows, r, px, py, pz, vx, vy, vz, rate, h, plane):
+    """Return heat, work of friction and numerical loss of plane r in a sub-step [J]: Eq. E5.
 
     With w and u those of the end of the sub-step, and e and e′ the elongations of its start and
     its end: heat h (c w² + c_t u²), the second where it sticks; friction −F·(the way of the
     anchor); and k (h w)²/2 + k_t ‖e′ − e‖²/2, by which backward Euler falls short of its springs.
     """
     normal, fx, fy, fz, ex, ey, ez, ux, uy, uz, slides = plane
-    share = 1.0 - rate * rows[r, DAMPING]
-    k = rows[r, STIFFNESS] / share
-    approach = rows[r, SURFACE_NORMAL] - (
-        rows[r, 0] * vx + rows[r, 1] * vy + rows[r, 2] * vz)
+    heat = rubbed = lost = 0.0
     if normal == 0.0:
         depth = rows[r, OFFSET] - (rows[r, 0] * px + rows[r, 1] * py + rows[r, 2] * pz)
         if depth > 0.0:  # leaves faster than the spring follows
+            approach = rows[r, SURFACE_NORMAL] - (
+                rows[r, 0] * vx + rows[r, 1] * vy + rows[r, 2] * vz)
             after = max(depth + h * approach, 0.0)
-            spent[0] += 0.5 * k * (depth * depth - after * after)
+            k = rows[r, STIFFNESS] / (1.0 - rate * rows[r, DAMPING])
+            heat = 0.5 * k * (depth * depth - after * after)
         if rows[r, WAS_OPEN] == 0.0 and rows[r, SOFTNESS] > 0.0:  # what the tie held is lost
             ex, ey, ez = px - rows[r, ANCHOR], py - rows[r, ANCHOR + 1], pz - rows[r, ANCHOR + 2]
             out = ex * rows[r, 0] + ey * rows[r, 1] + ez * rows[r, 2]
-            spent[1] += 0.5 / rows[r, SOFTNESS] * (ex * ex + ey * ey + ez * ez - out * out)
-        return
-    w = approach - rate * normal
-    spent[0] += h * (rows[r, DAMPING] - h * rows[r, STIFFNESS]) / share * w * w
-    spent[2] += 0.5 * k * h * h * w * w
+            rubbed = 0.5 / rows[r, SOFTNESS] * (ex * ex + ey * ey + ez * ez - out * out)
+        return heat, rubbed, lost
+    w = rows[r, SURFACE_NORMAL] - rate * normal - (
+        rows[r, 0] * vx + rows[r, 1] * vy + rows[r, 2] * vz)
+    part = w * w / (1.0 - rate * rows[r, DAMPING])
+    heat = h * (rows[r, DAMPING] - h * rows[r, STIFFNESS]) * part
+    lost = 0.5 * rows[r, STIFFNESS] * h * h * part
     ux, uy, uz = ux + rate * fx, uy + rate * fy, uz + rate * fz
     if rows[r, COEFFICIENT] < 0.0:
-        spent[1] -= h * (fx * ux + fy * uy + fz * uz)
-        return
+        return heat, -h * (fx * ux + fy * uy + fz * uz), lost
     softness = rows[r, SOFTNESS]
     if slides:
         gx, gy, gz = -fx * softness, -fy * softness, -fz * softness
-        spent[1] -= (fx * (ex + h * ux - gx) + fy * (ey + h * uy - gy)
-                     + fz * (ez + h * uz - gz))
+        rubbed = -(fx * (ex + h * ux - gx) + fy * (ey + h * uy - gy)
+                   + fz * (ez + h * uz - gz))
     else:
         gx, gy, gz = ex + h * ux, ey + h * uy, ez + h * uz
-        share = 1.0 - rate * rows[r, C_T]
-        spent[0] += h * (rows[r, C_T] - h * rows[r, K_T]) / share * (ux * ux + uy * uy + uz * uz)
+        heat += (h * (rows[r, C_T] - h * rows[r, K_T]) / (1.0 - rate * rows[r, C_T])
+                 * (ux * ux + uy * uy + uz * uz))
     if softness > 0.0:
-        spent[2] += 0.5 / softness * ((gx - ex) ** 2 + (gy - ey) ** 2 + (gz - ez) ** 2)
+        lost += 0.5 / softness * ((gx - ex) ** 2 + (gy - ey) ** 2 + (gz - ez) ** 2)
+    return heat, rubbed, lost
 
 
 @compiled
@@ -169,8 +171,10 @@ def solve_planes(rows, place, position, velocity, before, mobility, h, force, im
         Has h N n + h F and h N added.
     spent : (3,) float64
         Has heat of the dashpots, work of sliding friction and what the sub-step itself took out
-        added [J]: `_spend`.
+        added [J]: `_spent`.
     """
+    # Sums of their own: in the array they would be stored, and the rows read again, each time.
+    all_heat = all_rubbed = all_lost = 0.0
     for r in range(place.size):
         p = place[r]
         rate = h * mobility[p]
@@ -178,7 +182,10 @@ def solve_planes(rows, place, position, velocity, before, mobility, h, force, im
         vx, vy, vz = velocity[0, p], velocity[1, p], velocity[2, p]
         plane = _plane_force(rows, r, px, py, pz, vx, vy, vz, rate, h)
         normal, fx, fy, fz = plane[0], plane[1], plane[2], plane[3]
-        _spend(rows, r, px, py, pz, vx, vy, vz, rate, h, plane, spent)
+        heat, rubbed, lost = _spent(rows, r, px, py, pz, vx, vy, vz, rate, h, plane)
+        all_heat += heat
+        all_rubbed += rubbed
+        all_lost += lost
         _move_on(rows, r, px, py, pz, rate, h, plane)
         if normal > 0.0:
             fx, fy, fz = (fx + normal * rows[r, 0], fy + normal * rows[r, 1],
@@ -186,7 +193,7 @@ def solve_planes(rows, place, position, velocity, before, mobility, h, force, im
             velocity[0, p] = vx + rate * fx
             velocity[1, p] = vy + rate * fy
             velocity[2, p] = vz + rate * fz
-            spent[2] += 0.5 * h * (fx * (velocity[0, p] - before[0, p])
+            all_lost += 0.5 * h * (fx * (velocity[0, p] - before[0, p])
                                    + fy * (velocity[1, p] - before[1, p])
                                    + fz * (velocity[2, p] - before[2, p]))
             impulse[r, 0] += h * fx
@@ -194,3 +201,6 @@ def solve_planes(rows, place, position, velocity, before, mobility, h, force, im
             impulse[r, 2] += h * fz
             impulse[r, 3] += h * normal
         force[0, p], force[1, p], force[2, p] = fx, fy, fz
+    spent[0] += all_heat
+    spent[1] += all_rubbed
+    spent[2] += all_lost
