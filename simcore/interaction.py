@@ -43,6 +43,7 @@ class Interaction:
         self.data = body.model.createData()
         self._views = view_segments(self.model, self.data)
         self._joints = JointTorque(scene)
+        self._surface_state = scene.surface_state
         self._influences = (
             skin.influence_offsets, skin.influence_segment, skin.influence_weight,
             skin.influence_point,
@@ -90,7 +91,7 @@ class Interaction:
         Of its speed relative to the device, from above [m/s]; of its distance, from below [m].
         """
         speed = skin_speed(self._views, moved, *self._balls)
-        return speed, self.contact.clearance(self._views, moved)
+        return speed, self.contact.clearance(self._views, self._surface_state(moved))
 
     def place(self, q: np.ndarray, moved: DeviceState) -> np.ndarray:
         """Return where the body is on what carries it: its centre of mass, device frame (1, 3)."""
@@ -209,7 +210,8 @@ class Interaction:
         """Return the energies `energy.STORED` [J] at q (60,) and v (47,): Eqs. E2 and E3."""
         kinetic = pin.computeKineticEnergy(self.model, self.data, q, v)
         potential = pin.computePotentialEnergy(self.model, self.data, q)
-        elastic = self._joints.stored_energy(q) + self.contact.stored_energy(self._views, moved)
+        elastic = self._joints.stored_energy(q)
+        elastic += self.contact.stored_energy(self._views, self._surface_state(moved))
         if self._parts:
             (pairs, ends, radius, allowed), (stiffness, _) = self._parts
             depth = overlaps(pairs, ends, radius, self._views.rotations, self._views.positions)
@@ -234,7 +236,7 @@ class Interaction:
         self, moved: DeviceState, q: np.ndarray, v: np.ndarray, lag: float
     ) -> np.ndarray:
         """Return torques of joints and contact (47,); add K of passive joints to `_impedance`."""
-        self.contact.evaluate(self._views, moved, lag)
+        self.contact.evaluate(self._views, self._surface_state(moved), lag)
         torque = self._joints.torque(q, v, self._impedance)
         return torque + self._joint_torque_of_contact(lag)
 

@@ -17,6 +17,7 @@ from simcore.config.designs import Design, FoundationContact, Method, Placement,
 from simcore.config.robotic_lift import MeshSurface, SeatAndBackrest
 from simcore.config.sling_lift import Bed, SlingLift
 from simcore.contact.reference import find_penetration
+from simcore.device.bed import bed_distance
 from simcore.device.build import build_surface
 from simcore.device.distance import DistanceField, device_distance
 from simcore.device.motion import STILL, DeviceState, Motion
@@ -48,7 +49,7 @@ class Scene:
     flesh : Tissue or None
         Under each skin vertex, where the method's contact is with flesh.
     distance : DistanceField or None
-        Of the lift's support, likewise.
+        Of the lift's support, likewise; of a sling lift's bed always.
     method : Method
     configuration : (60,) float64
         Where the body starts; also the reference of its posture control.
@@ -109,7 +110,8 @@ def build_scene(design: Design, body_name: str, root: Path) -> Scene:
     flesh = distance = None
     if method.contact.law == "foundation":
         flesh = _flesh(body, method.contact)
-        distance = None if sling else _distance(device.rigid_part, root)
+    if sling or flesh:
+        distance = _distance(device.rigid_part, root)
     return Scene(body, surface, motion, sling, flesh, distance, method, q)
 
 
@@ -137,7 +139,9 @@ def _flesh(body: Body, law: FoundationContact) -> Tissue:
 
 
 @lru_cache(maxsize=4)
-def _distance(design: SeatAndBackrest | MeshSurface, root: Path) -> DistanceField:
+def _distance(design: SeatAndBackrest | MeshSurface | Bed, root: Path) -> DistanceField:
+    if isinstance(design, Bed):
+        return bed_distance(design)
     return device_distance(design, _surface(design, root))
 
 

@@ -13,7 +13,6 @@ from simcore.body.skin_listed import (
     edge_change_rate,
     segment_balls,
 )
-from simcore.contact.bed import bed_energy, bed_forces, bed_power, near_bed
 from simcore.contact.foundation import foundation_forces
 from simcore.contact.foundation_energy import foundation_energy, foundation_power
 from simcore.contact.near_solid import NearSolid
@@ -176,21 +175,22 @@ class PointContact(_OnSkin):
 
 
 class FoundationContact(_OnSkin):
-    """Flesh pressed by a solid: pressure over depth, friction that sticks (Eqs. C1 and C2)."""
+    """Flesh pressed by what is rigid or by a mattress: Eqs. C1 to C3.
+
+    Pressure over depth, friction that sticks.
+    """
 
     def __init__(self, scene: Scene):
         super().__init__(scene)
-        body, skin, law, field = scene.body, scene.body.skin, scene.method.contact, scene.distance
+        body, skin, field = scene.body, scene.body.skin, scene.distance
         self._field = field.values, field.origin, field.spacing
         self._near = NearSolid(
             *self._field, skin.influence_offsets, skin.influence_segment,
             *segment_balls(skin, len(SEGMENTS)),
         )
-        self._flesh = (
-            skin.vertex_area, scene.flesh.modulus, scene.flesh.thickness,
-            law.tissue == "stiffening", law.damping_time_s, law.friction_coefficient,
-        )
-        self._friction = law.friction_coefficient
+        self._flesh = skin.vertex_area, *(_mattress_law if scene.sling else _flesh_law)(scene)
+        carrier = scene.sling.bed if scene.sling else scene.method.contact
+        self._friction = carrier.friction_coefficient
         self._depths, self._steepness = np.zeros((2, skin.vertex_count))
         self._mean_velocities, self._shown, self._stretch = np.zeros((3, skin.vertex_count, 3))
         self._sticks = np.zeros(skin.vertex_count, bool)
@@ -216,10 +216,10 @@ class FoundationContact(_OnSkin):
         self._device, self._lag = device, lag
         self.contact_count, self.depth_max, self.deepest, self._pressed = foundation_forces(
             self.listed, self.points, self._velocities, *self._field, device.rotation,
-            device.position, device.linear_velocity, device.angular_velocity, *self._flesh, lag,
-            self._anchor, self._closed, self.force, self.normal_force, self.normals, self.along,
-            self.across, self._depths, self._steepness, self._sticks, self._stretch,
-            self._slid,
+            device.position, device.linear_velocity, device.angular_velocity, *self._flesh,
+            self._friction, lag, self._anchor, self._closed, self.force, self.normal_force,
+            self.normals, self.along, self.across, self._depths, self._steepness, self._sticks,
+            self._stretch, self._slid,
         )
 
     def power(self, segments: SegmentViews, step: float) -> tuple[float, float, float]:
@@ -231,7 +231,7 @@ class FoundationContact(_OnSkin):
         )
         heat, implicit = foundation_power(
             pressed, self.points, self._velocities, self._mean_velocities, device.position,
-            device.linear_velocity, device.angular_velocity, *self._flesh[:5], self._lag, step,
+            device.linear_velocity, device.angular_velocity, *self._flesh, self._lag, step,
             self._depths, self._steepness, self.normals, self.normal_force, self._sticks,
         )
         slid, self._slid[0] = self._slid[0], 0.0
@@ -247,7 +247,7 @@ class FoundationContact(_OnSkin):
             pressed, *self._influences, segments.rotations, segments.positions, self._shown
         )
         return foundation_energy(
-            pressed, self._shown, *self._field, device.rotation, device.position, *self._flesh[:4],
+            pressed, self._shown, *self._field, device.rotation, device.position, *self._flesh[:5],
             self._anchor, self._closed,
         )
 
@@ -266,55 +266,27 @@ class FoundationContact(_OnSkin):
         np.add.at(total, self._mat_point[pressed], normal[pressed])
 
 
-class MattressContact(_OnSkin):
-    """The skin on a bed that stands still (Eq. 14); the list is made by `look` between steps."""
+def _flesh_law(scene: Scene) -> tuple:
+    """Return modulus and thickness of flesh (n,), give, stiffening, damping time (n,): Eq. C1."""
+    flesh, law = scene.flesh, scene.method.contact
+    damping_time = np.full(len(flesh.modulus), law.damping_time_s)
+    return flesh.modulus, flesh.thickness, 0.0, law.tissue == "stiffening", damping_time
 
-    def __init__(self, scene: Scene):
-        super().__init__(scene)
-        bed = scene.sling.bed
-        self._half = bed.length_m / 2, bed.width_m / 2
-        self._law = (
-            scene.body.skin.vertex_area, bed.pressure_stiffness_pa_per_m, bed.damping_time_s,
-            bed.friction_coefficient, bed.slip_speed_m_per_s,
-        )
-        self._friction = bed.friction_coefficient
-        self.normals[:, 2] = 1.0
-        self._mean_velocities, self._shown = np.zeros((2, *self.normals.shape))
 
-    def look(self, skin: np.ndarray, margin: float) -> None:
-        """List the skin vertices (n, 3) over the bed and lower than the margin [m]."""
-        self.listed = near_bed(skin, margin, *self._half)
+def _mattress_law(scene: Scene) -> tuple:
+    """Return the same of flesh on a mattress: Eq. C3; under `penalty` of the mattress alone."""
+    bed, count = scene.sling.bed, scene.body.skin.vertex_count
+    give = 1 / bed.pressure_stiffness_pa_per_m
+    if scene.flesh is None:
+        return np.ones(count), np.zeros(count), give, False, np.full(count, bed.damping_time_s)
+    modulus, thickness, _, stiffening, damping_time = _flesh_law(scene)
+    soft = thickness / modulus
+    damping_time = (soft * damping_time + give * bed.damping_time_s) / (soft + give)
+    return modulus, thickness, give, stiffening, damping_time
 
-    def evaluate(self, segments: SegmentViews, device: DeviceState, lag: float) -> None:
-        """Implement `SkinContact.evaluate`."""
-        self._move(segments)
-        self.contact_count, self.depth_max, self.deepest = bed_forces(
-            self.listed, self.points, self._velocities, *self._law, lag, self.force,
-            self.normal_force, self.along, self.across,
-        )
-
-    def power(self, segments: SegmentViews, step: float) -> tuple[float, float, float]:
-        """Implement `SkinContact.power`."""
-        blend_motion_listed(
-            self.listed, *self._influences, segments.rotations, segments.positions,
-            segments.velocities, self.points, self._mean_velocities,
-        )
-        return bed_power(
-            self.listed, self.points, self._velocities, self._mean_velocities, *self._law, step,
-            self.normal_force,
-        )
-
-    def stored_energy(self, segments: SegmentViews, device: DeviceState) -> float:
-        """Implement `SkinContact.stored_energy`."""
-        blend_listed(
-            self.listed, *self._influences, segments.rotations, segments.positions, self._shown
-        )
-        return bed_energy(self.listed, self._shown, *self._law[:2])
 
 def contact_with_device(scene: Scene) -> SkinContact:
     """Return the contact of the skin with the rigid part of a scene."""
-    if scene.sling:
-        return MattressContact(scene)
-    if scene.method.contact.law == "penalty":
+    if scene.method.contact.law == "penalty" and not scene.sling:
         return PointContact(scene)
     return FoundationContact(scene)

@@ -4,10 +4,9 @@ import numpy as np
 
 from simcore.body.flesh import THICKNESS_SHARE, limb_depth
 from simcore.compiled import compiled
-from simcore.config.designs import SheetPenalty
 from simcore.contact import tracking
-from simcore.contact.foundation import SHEAR_SHARE, STRAIN_MAX
 from simcore.contact.foundation_energy import energy_between
+from simcore.contact.layer import SHEAR_SHARE, STRAIN_MAX
 from simcore.contact.tangential import add_parts
 from simcore.errors import SimulationError
 from simcore.scene import Scene, segment_of_vertex
@@ -66,7 +65,7 @@ class SheetOnSkin:
         self.planes = PlaneContact.empty(len(net.mass))
         self.planes.normal = self._tracker.normal
         if self._law:
-            _set_penalty(self.planes, self._law)
+            self.planes.set_penalty(self._law)
         else:
             contact = scene.method.contact
             self.planes.friction_coefficient = contact.friction_coefficient
@@ -219,14 +218,6 @@ class SheetOnSkin:
             self.skin_normal, self.skin_direction, self.skin_along, self.skin_across,
             self._pressed, self._direction, self._along, self._across,
         )
-
-
-def _set_penalty(planes: PlaneContact, law: SheetPenalty) -> None:
-    planes.stiffness[:] = law.stiffness_n_per_m
-    planes.damping[:] = law.damping_ns_per_m
-    planes.friction_force[:] = law.friction_force_n
-    planes.friction_velocity = law.friction_velocity_m_per_s
-    planes.friction_coefficient = -1.0  # Eq. S7
 
 
 @compiled

@@ -16,13 +16,10 @@ from simcore.dynamics.implicit import IMPLICITNESS
 from simcore.errors import SimulationError
 from simcore.interaction import Interaction
 from simcore.scene import Scene
-from simcore.sheet.energy import bed_power, dashpot_power, stored_energy
+from simcore.sheet.energy import dashpot_power, stored_energy
 from simcore.sheet.hanging import bar_points
 from simcore.sheet.solver import SheetState
 from simcore.sling_contact import SheetOnSkin
-
-BED_MARGIN = 0.01
-"""Skin lower than this may touch the bed before the next exchange [m]."""
 
 LANDMARKS, LANDMARK_RADIUS = ("pelvis", "thoracic"), 0.1
 """Segments whose place on the sheet is watched, and the radius of the patch of the sheet that lies
@@ -74,7 +71,6 @@ class SlingInteraction(Interaction):
         blend_listed(
             self._all, *self._influences, segments.rotations, segments.positions, self._skin
         )
-        self.contact.look(self._skin, BED_MARGIN)
         near = self._on_skin.find(self.sheet, self._skin, q[:3])
         blend_motion_listed(
             near, *self._influences, segments.rotations, segments.positions,
@@ -120,10 +116,9 @@ class SlingInteraction(Interaction):
         return float((self.strap_force * way).sum()), 0.0
 
     def _spend_by_sheet(self, of_planes: np.ndarray, moved: DeviceState) -> None:
-        """Add what the exchange has spent (Eq. E5): bed, sheet and straps by their powers."""
+        """Add what the exchange has spent (Eq. E5): sheet and straps by their powers."""
         solver, exchange = self._solver, (self._steps - 1) // self._steps_per_exchange
         self._spent += of_planes
-        self._spent[:2] += self._step * np.array(bed_power(solver.sheet.bed, self.sheet))
         if exchange % DASHPOTS_EVERY == 0:
             self._spent[0] += DASHPOTS_EVERY * self._step * dashpot_power(
                 solver.sheet, solver.damping_time, self.sheet, moved

@@ -21,7 +21,7 @@ class Skin:
     """Points on a solid that may be turned and moving."""
 
     def __init__(self, points, field=None, rotation=None, origin=(0.0, 0.0, 0.0),
-                 stiffening=False, damping=0.0, friction=0.5):
+                 stiffening=False, damping=0.0, friction=0.5, give=0.0):
         self.points = np.array(points, float)
         self.n = len(self.points)
         self.velocities = np.zeros((self.n, 3))
@@ -29,7 +29,9 @@ class Skin:
         self.rotation = np.eye(3) if rotation is None else rotation
         self.origin = np.array(origin, float)
         self.linear, self.turn = np.zeros(3), np.zeros(3)
-        self.law = stiffening, damping, friction
+        self.tissue = np.full(self.n, AREA), np.full(self.n, E), np.full(self.n, D)
+        self.damping, self.give = np.full(self.n, damping), give
+        self.stiffening, self.friction = stiffening, friction
         self.anchor, self.closed = np.zeros((self.n, 3)), np.zeros(self.n, bool)
         self.force, self.normals = np.zeros((2, self.n, 3))
         self.normal, self.along, self.across, self.depths, self.steepness = np.zeros((5, self.n))
@@ -38,29 +40,29 @@ class Skin:
 
     @property
     def flesh(self):
-        return np.full(self.n, AREA), np.full(self.n, E), np.full(self.n, D)
+        return *self.tissue, self.give, self.stiffening, self.damping
 
     def evaluate(self, lag=0.0):
         """Count, greatest depth and its vertex."""
         *told, self.pressed = foundation_forces(
             np.arange(self.n), self.points, self.velocities, *self.field, self.rotation,
-            self.origin, self.linear, self.turn, *self.flesh, *self.law, lag, self.anchor,
-            self.closed, self.force, self.normal, self.normals, self.along, self.across,
-            self.depths, self.steepness, self.sticks, self.stretch, self.slid,
+            self.origin, self.linear, self.turn, *self.flesh, self.friction, lag,
+            self.anchor, self.closed, self.force, self.normal, self.normals, self.along,
+            self.across, self.depths, self.steepness, self.sticks, self.stretch, self.slid,
         )
         return tuple(told)
 
     def energy(self):
         """What the flesh holds where it is [J]."""
         return foundation_energy(
-            np.arange(self.n), self.points, *self.field, self.rotation, self.origin, *self.flesh,
-            self.law[0], self.anchor, self.closed,
+            np.arange(self.n), self.points, *self.field, self.rotation, self.origin,
+            *self.flesh[:5], self.anchor, self.closed,
         )
 
     def power(self, mean, lag, step):
         """Heat and implicit part [W] of a step that all points take with a mean velocity (3,)."""
         return foundation_power(
             self.pressed, self.points, self.velocities, np.tile(mean, (self.n, 1)), self.origin,
-            self.linear, self.turn, *self.flesh, *self.law[:2], lag, step, self.depths,
+            self.linear, self.turn, *self.flesh, lag, step, self.depths,
             self.steepness, self.normals, self.normal, self.sticks,
         )

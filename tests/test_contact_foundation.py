@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from pressed_skin import AREA, D, E, Skin, half_space
 
 from simcore.body.tissue import Tissue, linear_pressure, stiffening_pressure
-from simcore.contact.foundation import SHEAR_SHARE
+from simcore.contact.layer import SHEAR_SHARE
 from simcore.contact.near_solid import REACHES, UNSEEN, NearSolid
 
 varied = settings(max_examples=40, deadline=None)

@@ -6,9 +6,9 @@ from math import cos, sin
 import numpy as np
 import pytest
 
+from simcore.config.designs import SheetPenalty
 from simcore.sheet import (
     STILL_BAR,
-    BedContact,
     ExplicitSolver,
     LiuSolver,
     PlaneContact,
@@ -17,6 +17,8 @@ from simcore.sheet import (
     lay_flat,
     make_sheet,
 )
+from simcore.sheet.bed import springy_bed
+from simcore.sheet.energy import planes_energy
 from simcore.validation.sheet_scenes import (
     FOUNDATION,
     NO_STRAPS,
@@ -26,18 +28,22 @@ from simcore.validation.sheet_scenes import (
 )
 
 G = 9.80665
-DENSITY, SIDE, CREEP = 10.0, 0.3, 0.02
+DENSITY, SIDE = 10.0, 0.3
 
 
-def sheet_on_bed(friction=0.0, half_length=1.0, force=0.0, gravity=(0.0, 0.0, -G)):
+def sheet_on_bed(friction=0.0, half_length=1.0, law=None, gravity=(0.0, 0.0, -G)):
     """0.3 m square of 10 kg/m²: heavy enough to need no added inertia."""
     net = build_net(rectangular(SIDE, SIDE, fabric(density=DENSITY), 225))
-    bed = BedContact(
-        half_length, 1.0, FOUNDATION * net.vertex_area, 2e3 * net.vertex_area, friction, force,
-        CREEP,
-    )
+    stiffness = FOUNDATION * net.vertex_area
+    bed = springy_bed(half_length, 1.0, stiffness, 2e3 / FOUNDATION, friction, stiffness / 3)
+    if law:
+        bed.law.set_penalty(law)
     sheet = make_sheet(net, build_straps(net, NO_STRAPS), bed=bed)
     return replace(sheet, gravity=np.array(gravity), drag_rate=0.0)
+
+
+def sheet_start(sheet):
+    return np.column_stack([sheet.net.rest_position, np.zeros(len(sheet.net.mass))])
 
 
 def press(sheet, depth):
@@ -98,17 +104,47 @@ def test_a_sheet_slides_to_a_stop_as_coulomb_says(kind):
     assert state.position[:, 0].mean() - SIDE / 2 == pytest.approx(way, rel=0.03)
 
 
-def test_held_below_the_friction_angle_it_creeps_as_a_viscosity():
-    """γ = µ N / ε and m g sin α = γ v give v = ε tan α / µ."""
+@pytest.mark.parametrize("kind", [0, 1])
+def test_held_below_the_friction_angle_it_sticks(kind):
+    """It shears the bed by m g sin α over its stiffness along the surface, and stays there."""
     angle, friction = 0.1, 0.3
     sheet = sheet_on_bed(friction, gravity=(G * sin(angle), 0.0, -G * cos(angle)))
-    solver = ExplicitSolver(sheet)
+    solver = solvers(sheet)[kind]
     state = lay_flat(sheet.net, np.array([0, 0, -DENSITY * G / FOUNDATION]))
-    for _ in range(300):
+    for _ in range(1000):
         reaction = solver.advance(state, 2e-3, untouched(sheet), STILL_BAR)
-    assert state.velocity[:, 0].mean() == pytest.approx(CREEP * np.tan(angle) / friction, rel=0.01)
     down = sheet.net.mass.sum() * G * sin(angle)
-    assert reaction.bed_force[0] == pytest.approx(-down, rel=0.01)
+    assert reaction.bed_force[0] == pytest.approx(-down, rel=1e-3)
+    way = (sheet.net.mass @ (state.position - sheet_start(sheet)))[0] / sheet.net.mass.sum()
+    assert way == pytest.approx(DENSITY * G * sin(angle) / (FOUNDATION / 3), rel=0.02)
+    assert np.abs(state.velocity).max() < 1e-5
+
+
+def test_above_the_friction_angle_it_slides():
+    """After the tie has stretched: g (sin α − µ cos α)."""
+    angle, friction, time = 0.4, 0.3, 0.1
+    sheet = sheet_on_bed(friction, gravity=(G * sin(angle), 0.0, -G * cos(angle)))
+    solver = ExplicitSolver(sheet)
+    state = lay_flat(sheet.net, np.array([0, 0, -DENSITY * G * cos(angle) / FOUNDATION]))
+    speeds = []
+    for _ in range(2):
+        for _ in range(round(time / 2e-3)):
+            solver.advance(state, 2e-3, untouched(sheet), STILL_BAR)
+        speeds.append(sheet.net.mass @ state.velocity[:, 0] / sheet.net.mass.sum())
+    expected = G * (sin(angle) - friction * cos(angle)) * time
+    assert speeds[1] - speeds[0] == pytest.approx(expected, rel=0.01)
+
+
+def test_what_it_shears_it_holds_as_energy():
+    """One vertex in and along: k d²/2 + k_t e²/2."""
+    sheet = sheet_on_bed(friction=10.0)
+    planes, net = sheet.bed.untouched(), sheet.net
+    flat = np.column_stack([net.rest_position, np.full(len(net.mass), -1e-3)])
+    sheet.bed.find(flat, planes)
+    sheared = flat + np.array([2e-3, 0.0, 0.0])
+    area = net.vertex_area.sum()
+    expected = FOUNDATION * area * (1e-3**2 + 2e-3**2 / 3) / 2
+    assert planes_energy(planes, sheared) == pytest.approx(expected, rel=1e-9)
 
 
 def test_friction_of_constant_force_is_that_of_the_paper():
@@ -116,7 +152,11 @@ def test_friction_of_constant_force_is_that_of_the_paper():
 
     Light vertices of the edge are slowed more and swing, hence the tolerance.
     """
-    sheet = sheet_on_bed(force=0.02)
+    law = SheetPenalty(
+        law="penalty", stiffness_n_per_m=40.0, damping_ns_per_m=0.8, friction_force_n=0.02,
+        friction_velocity_m_per_s=0.02,
+    )
+    sheet = sheet_on_bed(law=law)
     solver = ExplicitSolver(sheet)
     state = lay_flat(sheet.net, np.array([0, 0, -DENSITY * G / FOUNDATION]))
     state.velocity[:, 1] = 0.5

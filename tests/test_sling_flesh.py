@@ -12,7 +12,7 @@ from simcore.body.build import build_body, posed_skin
 from simcore.body.flesh import LONGEST, THICKNESS_SHARE, limb_depth, way_through
 from simcore.body.inscribed import inscribed_radius
 from simcore.body.skin import vertex_normals
-from simcore.contact.foundation import SHEAR_SHARE, STRAIN_MAX
+from simcore.contact.layer import SHEAR_SHARE, STRAIN_MAX
 from simcore.sling_contact import _press_flesh
 
 

@@ -26,14 +26,12 @@ STAGES = {
         "simcore.contact.near_solid:NearSolid.update",
         "simcore.contact.neighbours:Neighbours.update",
         "simcore.sling_contact:SheetOnSkin.find",
-        "simcore.contact.bed:near_bed",
     ),
     "posing of the skin": (
         "simcore.body.skin_listed:blend_listed", "simcore.body.skin_listed:blend_motion_listed",
     ),
     "contact": (
         "simcore.contact.foundation:foundation_forces", "simcore.contact.penalty:penalty_forces",
-        "simcore.contact.bed:bed_forces",
     ),
     "self-contact": ("simcore.contact.self_contact:add_self_contact",),
     "joint torques": (

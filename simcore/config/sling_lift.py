@@ -160,10 +160,6 @@ class Bed(Strict):
     friction_coefficient: Annotated[
         NotNegative, Field(description="µ of the mattress with skin and sheet")
     ]
-    # ASSUME: nothing rests on the bed for long, and creeps by millimetres meanwhile.
-    slip_speed_m_per_s: Annotated[
-        Positive, Field(description="below it the friction of the mattress is viscous")
-    ] = 0.02
 
 
 class SlingLift(Strict):

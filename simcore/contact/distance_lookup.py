@@ -79,6 +79,15 @@ def distance_and_gradient(values, origin, spacing, x, y, z):
 
 
 @compiled
+def seen_from(rotation, position, points, i):
+    """Return where a point of the world is in the frame at a rotation and position [m]."""
+    x, y, z = points[i, 0] - position[0], points[i, 1] - position[1], points[i, 2] - position[2]
+    return (rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z,
+            rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * z,
+            rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * z)
+
+
+@compiled
 def sure_clearance(distance, spacing):
     """Return how far away the solid is at least [m], from a looked-up distance (Eq. D3)."""
     return np.sqrt(max(distance * abs(distance) - 0.75 * spacing * spacing, 0.0))

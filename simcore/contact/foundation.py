@@ -3,33 +3,28 @@
 import numpy as np
 
 from simcore.compiled import compiled
-from simcore.contact.distance_lookup import distance_and_gradient
-
-STRAIN_MAX = 0.8
-"""Of the flesh, beyond which it is taken as linear: 25 times as stiff as at rest."""
-
-SHEAR_SHARE = 1 / 3
-"""Shear modulus over Young's modulus of what is incompressible, such as flesh."""
+from simcore.contact.distance_lookup import distance_and_gradient, seen_from
+from simcore.contact.layer import SHEAR_SHARE, pressure_and_slope
 
 
 @compiled
 def foundation_forces(
     listed, points, velocities, values, origin, spacing, rotation, position, linear_velocity,
-    turn, area, modulus, thickness, stiffening, damping_time, friction, lag, anchor,
+    turn, area, modulus, thickness, give, stiffening, damping_time, friction, lag, anchor,
     closed, force, normal_force, normals, along, across, depths, steepness, sticks, stretch, slid,
 ):
-    """Write the force of a rigid solid on each listed skin vertex.
+    """Write the force of a solid on each listed skin vertex.
 
-    With φ the distance of the vertex from the solid, d = −φ, D the thickness of its flesh, E its
-    modulus and ε = d/D (Eq. C1):
+    With φ the distance of the vertex from the solid, d = −φ, and p the pressure of its flesh (and
+    of the mattress, if that is the solid) at this depth (Eqs. C1 and C3):
 
-        N = A max(p(d) + τ p′(d) ḋ, 0),   p = E ε  or  E ε/(1 − ε)
+        N = A max(p(d) + τ p′(d) ḋ, 0)
 
     along the gradient of φ. A vertex that will touch within the lag has N = A p′(0) τ (ḋ + d/lag),
     so that an impact does not come as a surprise. Friction is that of a spring which shears with
     the flesh, tied to the solid, and slips at µ N (Eq. C2):
 
-        F = −A E/3D (e + τ ė),   cut to ‖F‖ ≤ µ N, and e with it
+        F = −A p′(0)/3 (e + τ ė),   cut to ‖F‖ ≤ µ N, and e with it
 
     Parameters
     ----------
@@ -40,15 +35,16 @@ def foundation_forces(
         Distance φ in the frame of the solid (`simcore.contact.distance_lookup`).
     rotation, position, linear_velocity, turn
         Of that frame, and its angular velocity; world axes.
-    area, modulus, thickness : (n,) float64
-        A [m²], E [Pa] and D [m].
-    stiffening : bool
-        Which p.
-    damping_time, friction, lag : float
-        τ [s], µ, and the time after which an implicit step wants to know the force [s].
+    area, modulus, thickness, damping_time : (n,) float64
+        A [m²], E [Pa], D [m] and τ [s].
+    give, stiffening
+        Of `simcore.contact.layer.pressure_and_slope`.
+    friction, lag : float
+        µ, and the time after which an implicit step wants to know the force [s].
     anchor : (n, 3) float64
         Where the spring of each vertex is tied, frame of the solid [m]: e is the way from there
-        along the surface. Put on the vertex when it touches, dragged along when it slips.
+        along the surface. Put on the vertex when it touches, kept as deep as the vertex is,
+        dragged along when it slips.
     closed : (n,) bool
         Whether the vertex touches; overwritten where listed.
     force : (n, 3), normal_force : (n,), normals : (n, 3) float64
@@ -79,35 +75,30 @@ def foundation_forces(
         force[i, 0] = force[i, 1] = force[i, 2] = normal_force[i] = 0.0
         along[i] = across[i] = 0.0
         sticks[i] = False
-        x, y, z = (points[i, 0] - position[0], points[i, 1] - position[1],
-                   points[i, 2] - position[2])
-        px = rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z
-        py = rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * z
-        pz = rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * z
+        px, py, pz = seen_from(rotation, position, points, i)
         distance, gx, gy, gz = distance_and_gradient(values, origin, spacing, px, py, pz)
-        nx = rotation[0, 0] * gx + rotation[0, 1] * gy + rotation[0, 2] * gz
-        ny = rotation[1, 0] * gx + rotation[1, 1] * gy + rotation[1, 2] * gz
-        nz = rotation[2, 0] * gx + rotation[2, 1] * gy + rotation[2, 2] * gz
-        u = velocities[i, 0] - linear_velocity[0] - turn[1] * z + turn[2] * y
-        v = velocities[i, 1] - linear_velocity[1] - turn[2] * x + turn[0] * z
-        w = velocities[i, 2] - linear_velocity[2] - turn[0] * y + turn[1] * x
-        rate = -(nx * u + ny * v + nz * w)
-        depth = -distance
+        u, v, w = _relative_velocity(
+            i, points, velocities, rotation, position, linear_velocity, turn)
+        depth, rate = -distance, -(gx * u + gy * v + gz * w)
         depths[i] = depth
-        soft = area[i] * modulus[i] / thickness[i]
-        shear = SHEAR_SHARE * soft
-        normal, stiffness = _press(
-            depth, rate, soft, thickness[i], stiffening, damping_time, lag
-        )
+        flesh = modulus[i], thickness[i], give, stiffening
+        soft = area[i] / (thickness[i] / modulus[i] + give)
+        if depth > 0.0:
+            pressure, slope = pressure_and_slope(depth, *flesh)
+            stiffness = area[i] * slope
+            normal = area[i] * pressure + damping_time[i] * stiffness * rate
+        else:
+            stiffness = soft
+            normal = soft * damping_time[i] * (rate + depth / lag) if lag > 0.0 else 0.0
         length = np.sqrt(gx * gx + gy * gy + gz * gz)
         if normal > 0.0 or depth > 0.0:
             pressed[pressed_count] = i
             pressed_count += 1
             steepness[i] = length
-            normals[i, 0], normals[i, 1], normals[i, 2] = nx / length, ny / length, nz / length
+            _turn(rotation, gx / length, gy / length, gz / length, i, normals)
         if normal <= 0.0:
             if closed[i]:
-                slid[0] += 0.5 * shear * (
+                slid[0] += 0.5 * SHEAR_SHARE * soft * (
                     stretch[i, 0] ** 2 + stretch[i, 1] ** 2 + stretch[i, 2] ** 2)
             closed[i] = False
             continue
@@ -115,77 +106,67 @@ def foundation_forces(
             count += 1
             if depth > depth_max:
                 depth_max, deepest = depth, i
-        along[i] = lag * stiffness * (lag + damping_time)
+        along[i] = lag * stiffness * (lag + damping_time[i])
         normal_force[i] = normal * length
-        force[i, 0], force[i, 1], force[i, 2] = normal * nx, normal * ny, normal * nz
         if not closed[i]:
             closed[i] = True
             anchor[i, 0], anchor[i, 1], anchor[i, 2] = px, py, pz
             stretch[i, 0] = stretch[i, 1] = stretch[i, 2] = 0.0
-        # Friction, in the frame of the solid.
-        a = rotation[0, 0] * u + rotation[1, 0] * v + rotation[2, 0] * w
-        b = rotation[0, 1] * u + rotation[1, 1] * v + rotation[2, 1] * w
-        c = rotation[0, 2] * u + rotation[1, 2] * v + rotation[2, 2] * w
-        fx, fy, fz, cut = _hold(
-            px - anchor[i, 0] + damping_time * a, py - anchor[i, 1] + damping_time * b,
-            pz - anchor[i, 2] + damping_time * c, gx / length, gy / length, gz / length, shear,
-            friction * normal_force[i],
+        fx, fy, fz, cut, spent = _rub(
+            i, px, py, pz, u, v, w, gx / length, gy / length, gz / length, SHEAR_SHARE * soft,
+            damping_time[i], friction * normal_force[i], anchor, stretch,
         )
-        across[i] = cut * lag * shear * (lag + damping_time)
+        slid[0] += spent
+        across[i] = cut * lag * SHEAR_SHARE * soft * (lag + damping_time[i])
         sticks[i] = cut == 1.0
-        slid[0] += _stretch_on(
-            i, px - anchor[i, 0], py - anchor[i, 1], pz - anchor[i, 2], gx / length, gy / length,
-            gz / length, fx, fy, fz, shear, cut, stretch)
-        if cut < 1.0:
-            anchor[i, 0], anchor[i, 1], anchor[i, 2] = (
-                px + fx / shear, py + fy / shear, pz + fz / shear)
-        force[i, 0] += rotation[0, 0] * fx + rotation[0, 1] * fy + rotation[0, 2] * fz
-        force[i, 1] += rotation[1, 0] * fx + rotation[1, 1] * fy + rotation[1, 2] * fz
-        force[i, 2] += rotation[2, 0] * fx + rotation[2, 1] * fy + rotation[2, 2] * fz
+        _turn(rotation, normal * gx + fx, normal * gy + fy, normal * gz + fz, i, force)
     return count, depth_max, deepest, pressed[:pressed_count].copy()
 
 
 @compiled
-def _press(depth, rate, soft, thickness, stiffening, damping_time, lag):
-    """Return normal force, not positive without contact, and stiffness of a vertex: Eq. C1."""
-    if depth <= 0.0:
-        return (soft * damping_time * (rate + depth / lag) if lag > 0.0 else 0.0), soft
-    strain = depth / thickness
-    pressure, slope = strain, 1.0
-    if stiffening:
-        bent = min(strain, STRAIN_MAX)
-        slope = 1.0 / ((1.0 - bent) * (1.0 - bent))
-        pressure = bent / (1.0 - bent) + (strain - bent) * slope
-    return soft * (thickness * pressure + damping_time * slope * rate), soft * slope
+def _relative_velocity(i, points, velocities, rotation, position, linear_velocity, turn):
+    """Return the velocity of a vertex as seen from the solid, in its frame [m/s]."""
+    x, y, z = points[i, 0] - position[0], points[i, 1] - position[1], points[i, 2] - position[2]
+    u = velocities[i, 0] - linear_velocity[0] - turn[1] * z + turn[2] * y
+    v = velocities[i, 1] - linear_velocity[1] - turn[2] * x + turn[0] * z
+    w = velocities[i, 2] - linear_velocity[2] - turn[0] * y + turn[1] * x
+    return (rotation[0, 0] * u + rotation[1, 0] * v + rotation[2, 0] * w,
+            rotation[0, 1] * u + rotation[1, 1] * v + rotation[2, 1] * w,
+            rotation[0, 2] * u + rotation[1, 2] * v + rotation[2, 2] * w)
 
 
 @compiled
-def _hold(ex, ey, ez, nx, ny, nz, shear, limit):
-    """Return the friction of a shear e + τ ė along the surface, and the share kept: Eq. C2."""
-    out = nx * ex + ny * ey + nz * ez
-    fx, fy, fz = -shear * (ex - out * nx), -shear * (ey - out * ny), -shear * (ez - out * nz)
-    size = np.sqrt(fx * fx + fy * fy + fz * fz)
-    if size <= limit:
-        return fx, fy, fz, 1.0
-    cut = limit / size
-    return cut * fx, cut * fy, cut * fz, cut
+def _turn(rotation, x, y, z, i, out):
+    """Write a vector of the solid's frame in world axes."""
+    for axis in range(3):
+        out[i, axis] = rotation[axis, 0] * x + rotation[axis, 1] * y + rotation[axis, 2] * z
 
 
 @compiled
-def _stretch_on(i, ex, ey, ez, nx, ny, nz, fx, fy, fz, shear, cut, stretch):
-    """Write the stretch of a friction spring; return what it spends as its tie slips [J]: Eq. E5.
+def _rub(i, px, py, pz, u, v, w, nx, ny, nz, shear, damping_time, limit, anchor, stretch):
+    """Return friction [N], the share of it that is kept, and what its slip spends [J]: Eq. C2.
 
-    e is the way from the tie before it slips, F the friction.
+    In the frame of the solid. Moves the anchor; writes the stretch.
     """
-    out = nx * ex + ny * ey + nz * ez
-    ex, ey, ez = ex - out * nx, ey - out * ny, ez - out * nz
+    ex, ey, ez = px - anchor[i, 0], py - anchor[i, 1], pz - anchor[i, 2]
+    kx, ky, kz = ex + damping_time * u, ey + damping_time * v, ez + damping_time * w
+    out = nx * kx + ny * ky + nz * kz
+    fx, fy, fz = -shear * (kx - out * nx), -shear * (ky - out * ny), -shear * (kz - out * nz)
+    size, cut = np.sqrt(fx * fx + fy * fy + fz * fz), 1.0
+    # The surface may have turned since: what the spring holds out of it is spent.
     sx, sy, sz = stretch[i, 0], stretch[i, 1], stretch[i, 2]
     out = nx * sx + ny * sy + nz * sz
     spent = 0.5 * shear * out * out
-    if cut < 1.0:
+    out = nx * ex + ny * ey + nz * ez
+    ex, ey, ez = ex - out * nx, ey - out * ny, ez - out * nz
+    if size > limit:
+        cut = limit / size
+        fx, fy, fz = cut * fx, cut * fy, cut * fz
         kx, ky, kz = -fx / shear, -fy / shear, -fz / shear
         spent += 0.5 * shear * (
             (ex - kx) * (sx + kx) + (ey - ky) * (sy + ky) + (ez - kz) * (sz + kz))
         ex, ey, ez = kx, ky, kz
+    # Left where it was, part of the depth would be taken for shear as soon as the surface turns.
+    anchor[i, 0], anchor[i, 1], anchor[i, 2] = px - ex, py - ey, pz - ez
     stretch[i, 0], stretch[i, 1], stretch[i, 2] = ex, ey, ez
-    return spent
+    return fx, fy, fz, cut, spent

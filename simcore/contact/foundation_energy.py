@@ -1,62 +1,51 @@
 """What the flesh of a foundation contact stores and spends (Eqs. C1 and C2, E3 and E4)."""
 
-import numpy as np
-
 from simcore.compiled import compiled
-from simcore.contact.distance_lookup import distance_and_gradient
-from simcore.contact.foundation import SHEAR_SHARE, STRAIN_MAX
+from simcore.contact.distance_lookup import distance_and_gradient, seen_from
+from simcore.contact.layer import (
+    SHEAR_SHARE,
+    pressure_and_slope,
+    work_of_pressing,
+    work_of_strain,
+)
 
 
 @compiled
 def foundation_energy(
-    listed, points, values, origin, spacing, rotation, position, area, modulus, thickness,
+    listed, points, values, origin, spacing, rotation, position, area, modulus, thickness, give,
     stiffening, anchor, closed,
 ):
     """Return the energy of pressed and sheared flesh [J], parameters as in `foundation_forces`.
 
-        A ∫ p dd + A E/3D ‖e‖² / 2                                                        (Eq. E3)
+        A ∫ p dd + A p′(0)/3 ‖e‖² / 2                                                    (Eq. E3)
     """
     stored = 0.0
     for i in listed:
-        x, y, z = (points[i, 0] - position[0], points[i, 1] - position[1],
-                   points[i, 2] - position[2])
-        px = rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z
-        py = rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * z
-        pz = rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * z
+        px, py, pz = seen_from(rotation, position, points, i)
         distance, gx, gy, gz = distance_and_gradient(values, origin, spacing, px, py, pz)
         if distance < 0.0:
-            stored += area[i] * modulus[i] * thickness[i] * work_of_strain(
-                -distance / thickness[i], stiffening)
+            stored += area[i] * work_of_pressing(
+                -distance, modulus[i], thickness[i], give, stiffening)
         if closed[i]:
             ex, ey, ez = px - anchor[i, 0], py - anchor[i, 1], pz - anchor[i, 2]
             out = gx * ex + gy * ey + gz * ez
             square = ex * ex + ey * ey + ez * ez - out * out / max(
                 gx * gx + gy * gy + gz * gz, 1e-12)
-            stored += 0.5 * SHEAR_SHARE * area[i] * modulus[i] / thickness[i] * square
+            soft = area[i] / (thickness[i] / modulus[i] + give)
+            stored += 0.5 * SHEAR_SHARE * soft * square
     return stored
-
-
-@compiled
-def work_of_strain(strain, stiffening):
-    """Return ∫ p/E dε of Eq. C1."""
-    if not stiffening:
-        return 0.5 * strain * strain
-    bent = min(strain, STRAIN_MAX)
-    beyond = strain - bent
-    left = 1.0 - bent
-    return -np.log(left) - bent + beyond * (bent + 0.5 * beyond / left) / left
 
 
 @compiled
 def foundation_power(
     pressed, points, before, mean, position, linear_velocity, turn, area, modulus, thickness,
-    stiffening, damping_time, lag, step, depths, steepness, normals, normal_force, sticks,
+    give, stiffening, damping_time, lag, step, depths, steepness, normals, normal_force, sticks,
 ):
     """Return what flesh turns into heat [W], and the implicit part of its own laws [W].
 
     With the rates of a step's mean velocity (Eq. E4):
 
-        A τ p′(d) ḋ²,   −A p ḋ where N is cut to zero,   A E τ/3D ‖ė‖² where friction sticks
+        A τ p′(d) ḋ²,   −A p ḋ where N is cut to zero,   A p′(0) τ/3 ‖ė‖² where friction sticks
 
     Parameters
     ----------
@@ -79,7 +68,6 @@ def foundation_power(
         short of their laws over the whole step.
     """
     heat = implicit = 0.0
-    spring_part, damper_part = 0.25 * step, 0.5
     for i in pressed:
         x, y, z = (points[i, 0] - position[0], points[i, 1] - position[1],
                    points[i, 2] - position[2])
@@ -93,32 +81,28 @@ def foundation_power(
         normal, normal_change = nx * u + ny * v + nz * w, nx * du + ny * dv + nz * dw
         # φ̇ and its change.
         out, change = steepness[i] * normal, steepness[i] * normal_change
-        soft = area[i] * modulus[i] / thickness[i]
-        depth = depths[i]
+        soft, depth, tau = area[i] / (thickness[i] / modulus[i] + give), depths[i], damping_time[i]
+        spring_part, damper_part = 0.25 * step, 0.5 * tau
         if depth > 0.0:
-            strain = depth / thickness[i]
-            bent = min(strain, STRAIN_MAX) if stiffening else 0.0
-            stiffness = soft / ((1.0 - bent) * (1.0 - bent))
+            pressure, slope = pressure_and_slope(
+                depth, modulus[i], thickness[i], give, stiffening)
+            stiffness = area[i] * slope
             if normal_force[i] > 0.0:
-                heat += damping_time * stiffness * out * out
-                implicit += (spring_part + damper_part * damping_time) * stiffness * change * out
+                heat += tau * stiffness * out * out
+                implicit += (spring_part + damper_part) * stiffness * change * out
             else:
-                pressure = strain
-                if stiffening:
-                    pressure = bent / (1.0 - bent) + (strain - bent) / (
-                        (1.0 - bent) * (1.0 - bent))
-                heat += (soft * thickness[i] * pressure - spring_part * stiffness * change) * out
+                heat += (area[i] * pressure - spring_part * stiffness * change) * out
         elif normal_force[i] > 0.0:
-            heat += soft * damping_time * (out - depth / lag) * out
-            implicit += damper_part * damping_time * soft * change * out
+            heat += soft * tau * (out - depth / lag) * out
+            implicit += damper_part * soft * change * out
         if normal_force[i] > 0.0:
             shear = SHEAR_SHARE * soft
             along = u * u + v * v + w * w - normal * normal
             along_change = u * du + v * dv + w * dw - normal * normal_change
             implicit += spring_part * shear * along_change
             if sticks[i]:
-                heat += damping_time * shear * along
-                implicit += damper_part * damping_time * shear * along_change
+                heat += tau * shear * along
+                implicit += damper_part * shear * along_change
     return heat, implicit
 
 

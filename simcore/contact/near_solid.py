@@ -3,7 +3,7 @@
 import numpy as np
 
 from simcore.compiled import compiled
-from simcore.contact.distance_lookup import distance_at, sure_clearance
+from simcore.contact.distance_lookup import distance_at, seen_from, sure_clearance
 from simcore.contact.neighbours import motion_bound, nearest_by_segment, write_relative
 
 REACHES = (0.03, 0.008)
@@ -57,7 +57,6 @@ class NearSolid:
         if around or self._inner.moved(*at):
             self._inner.look(self._outer.near, *at, pose, vertices)
             self.listed = self._inner.near
-
 
     def clearance(self, rotations, positions, device) -> np.ndarray:
         """Return how far the skin of each segment is from the solid at least (m,) [m]."""
@@ -132,14 +131,5 @@ def _clearance(rotations, positions, rotation, position, centre, radius, pose, t
 def _look_up(among, vertices, rotation, position, values, origin, spacing, clearance):
     """Write a lower bound of the distance of some vertices (n, 3) from the solid [m]."""
     for i in among:
-        x, y, z = (vertices[i, 0] - position[0], vertices[i, 1] - position[1],
-                   vertices[i, 2] - position[2])
-        clearance[i] = sure_clearance(
-            distance_at(
-                values, origin, spacing,
-                rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z,
-                rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * z,
-                rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * z,
-            ),
-            spacing,
-        )
+        x, y, z = seen_from(rotation, position, vertices, i)
+        clearance[i] = sure_clearance(distance_at(values, origin, spacing, x, y, z), spacing)

@@ -59,8 +59,7 @@ LIFT_FALL = (
 )
 
 BED_EQUATIONS = (
-    ("Body on the bed", "Eq. 14",
-     "pressure over depth of the mattress, friction regularised below the slip speed"),
+    ("Body on the bed", "Eq. C3", "flesh in series with the mattress, friction that sticks"),
 )
 
 SHEET_EQUATIONS = (
@@ -85,7 +84,7 @@ SHEET_CONTACT_EQUATIONS = {
     "foundation": (
         ("Sheet on the body", "Eq. S5", "pressure over depth, implicit on each vertex"),
         ("Friction of the sheet", "Eq. S6", "sticks by a spring to an anchor, slides at µ N"),
-        ("Sheet on the bed", "Eq. 14", "as the body on the bed, implicit on each vertex"),
+        ("Sheet on the bed", "Eqs. S5, S6", "springs of the mattress, friction that sticks"),
     ),
     "penalty": (
         ("Sheet on body and bed", "Eqs. 6, S5", "one spring a vertex, implicit on each vertex"),

@@ -1,10 +1,14 @@
-"""A flat bed under a sheet: Eq. 14 for every vertex, implicit on the vertex."""
+"""A flat bed under a sheet: a plane for every vertex that is over it (Eqs. S5 to S7)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from simcore.compiled import compiled
+from simcore.sheet.contact import PlaneContact
+
+NEAR = 0.01
+"""Vertices higher over the bed than this do not meet it within a step [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,69 +19,60 @@ class BedContact:
     ----------
     half_length, half_width : float
         Of the rectangle, along x and y [m].
-    stiffness, damping : (n,) float64
-        Of the bed under each sheet vertex [N/m, N s/m].
-    friction_coefficient : float
-        µ.
-    friction_force : float
-        Friction of a vertex beside µ N, as in Eq. 7 [N].
-    slip_speed : float
-        Below it friction is viscous [m/s].
+    law : PlaneContact
+        What the bed is to each sheet vertex, all above it.
     """
 
     half_length: float
     half_width: float
-    stiffness: np.ndarray
-    damping: np.ndarray
-    friction_coefficient: float
-    friction_force: float
-    slip_speed: float
+    law: PlaneContact
+
+    def untouched(self) -> PlaneContact:
+        """Return a contact that no vertex has come near yet."""
+        law = self.law
+        return replace(
+            law, active=law.active.copy(), anchor=law.anchor.copy(), force=law.force.copy()
+        )
+
+    def find(self, position: np.ndarray, planes: PlaneContact) -> None:
+        """Give a plane to the vertices (n, 3) [m] that may meet the bed within a step."""
+        _find(
+            position, self.half_length, self.half_width, planes.active, planes.anchor,
+            planes.force,
+        )
 
 
-@compiled
-def push_from_bed(
-    x, y, z, u, v, w, other_x, other_y, other_z, mobility, stiffness, damping, half_length,
-    half_width, friction, friction_force, slip_speed, h, impulse_x, impulse_y, impulse_z,
-):
-    """Add to velocities what the bed does to them within a sub-step of length h [s].
-
-        N = max((k d − (h k + c) ż) / (1 + h (h k + c)/m), 0),  d = −z > 0;
-        F = −γ ẋ_t / (1 + h γ/m),  γ = (µ N + F_c) / max(‖ẋ_t‖, ε)               (Eqs. S5, S7)
-
-    at the velocities that all other forces give. What the other contact of a vertex will do is
-    taken from the sub-step before; solved in turn, the two have converged where they rest.
+def springy_bed(
+    half_length: float, half_width: float, stiffness: np.ndarray, damping_time: float,
+    friction_coefficient: float, shear_stiffness: np.ndarray,
+) -> BedContact:
+    """Return a bed with friction that sticks.
 
     Parameters
     ----------
-    x, y, z, u, v, w : (N,) float64
-        Positions [m] and velocities [m/s]; the latter are added to.
-    other_x, other_y, other_z : (N,) float64
-        Force of the other contact in the sub-step before [N].
-    mobility : (N,) float64
-        1/m [1/kg].
-    stiffness, damping : (N,) float64
-        k and c; zero where there is no vertex.
-    impulse_x, impulse_y, impulse_z : (N,) float64
-        On the vertices; added to [N s].
+    stiffness, shear_stiffness : (n,) float64
+        Under each sheet vertex, and along the bed [N/m].
+    damping_time : float
+        Damping over either [s].
+    friction_coefficient : float
+        µ.
     """
-    for p in range(x.size):
-        rate = h * mobility[p]
-        up = w[p] + rate * other_z[p]
-        along, aside = u[p] + rate * other_x[p], v[p] + rate * other_y[p]
-        gain = h * stiffness[p] + damping[p]
-        normal = max(-(stiffness[p] * z[p] + gain * up) / (1.0 + rate * gain), 0.0)
-        over = z[p] < 0.0 and abs(x[p]) < half_length and abs(y[p]) < half_width
-        normal = normal if over else 0.0
-        viscosity = (friction * normal + friction_force) / max(
-            np.sqrt(along * along + aside * aside), slip_speed
-        )
-        viscosity = viscosity if normal > 0.0 else 0.0
-        hold = -viscosity / (1.0 + rate * viscosity)
-        along *= hold
-        aside *= hold
-        u[p] += rate * along
-        v[p] += rate * aside
-        w[p] += rate * normal
-        impulse_x[p] += h * along
-        impulse_y[p] += h * aside
-        impulse_z[p] += h * normal
+    law = PlaneContact.empty(len(stiffness))
+    law.normal[:, 2] = 1.0
+    law.stiffness[:], law.damping[:] = stiffness, damping_time * stiffness
+    law.friction_coefficient = friction_coefficient
+    law.tangential_stiffness[:] = shear_stiffness
+    law.tangential_damping[:] = damping_time * shear_stiffness
+    return BedContact(half_length, half_width, law)
+
+
+@compiled
+def _find(position, half_length, half_width, active, anchor, force):
+    for i in range(active.size):
+        near = (position[i, 2] < NEAR and abs(position[i, 0]) < half_length
+                and abs(position[i, 1]) < half_width)
+        if near and not active[i]:
+            for axis in range(3):
+                anchor[i, axis] = position[i, axis]
+                force[i, axis] = 0.0
+        active[i] = near

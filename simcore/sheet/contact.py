@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simcore.config.designs import SheetPenalty
+
 
 @dataclass(eq=False)
 class PlaneContact:
@@ -72,6 +74,15 @@ class PlaneContact:
             friction_force=np.zeros(count),
             friction_velocity=0.1,
         )
+
+
+    def set_penalty(self, law: SheetPenalty) -> None:
+        """Take the paper's law for all vertices (Eqs. 14 and S7)."""
+        self.stiffness[:], self.damping[:] = law.stiffness_n_per_m, law.damping_ns_per_m
+        self.tangential_stiffness[:] = self.tangential_damping[:] = 0.0
+        self.friction_coefficient = -1.0
+        self.friction_force[:] = law.friction_force_n
+        self.friction_velocity = law.friction_velocity_m_per_s
 
 
 @dataclass(frozen=True, eq=False)

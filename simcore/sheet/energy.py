@@ -3,7 +3,6 @@
 import numpy as np
 
 from simcore.compiled import compiled
-from simcore.sheet.bed import BedContact
 from simcore.sheet.contact import PlaneContact
 from simcore.sheet.hanging import BarState, bar_points
 from simcore.sheet.solver import Sheet, SheetState
@@ -31,9 +30,8 @@ def stored_energy(
         distance = np.linalg.norm(points - sheet.straps.patch_centres(x), axis=1)
         stretch = np.maximum(distance - sheet.straps.length, 0.0)
         elastic += sheet.straps.stiffness @ stretch**2 / 2
-    if sheet.bed:
-        over = (np.abs(x[:, 0]) < sheet.bed.half_length) & (np.abs(x[:, 1]) < sheet.bed.half_width)
-        elastic += sheet.bed.stiffness @ np.where(over, np.minimum(x[:, 2], 0.0), 0.0) ** 2 / 2
+    if state.on_bed:
+        elastic += planes_energy(state.on_bed, x)
     return np.array([kinetic, potential, elastic])
 
 
@@ -60,17 +58,6 @@ def dashpot_power(
     return heat
 
 
-def bed_power(bed: BedContact, state: SheetState) -> tuple[float, float]:
-    """Return the heat and the friction of a bed under a sheet at this moment [W].
-
-    (N − k d) ḋ, which is c ḋ² where it pushes, and γ ‖ẋ_t‖² (Eqs. S5 and S7).
-    """
-    return _bed_power(
-        state.position, state.velocity, bed.half_length, bed.half_width, bed.stiffness,
-        bed.damping, bed.friction_coefficient, bed.friction_force, bed.slip_speed,
-    )
-
-
 def planes_energy(contact: PlaneContact, position: np.ndarray) -> float:
     """Return what the springs of planes and ties hold, k d²/2 + k_t ‖e‖²/2 [J].
 
@@ -86,26 +73,6 @@ def planes_energy(contact: PlaneContact, position: np.ndarray) -> float:
     square = (way**2).sum(axis=1) - (way * normal).sum(axis=1) ** 2
     tied = contact.tangential_stiffness[on] * (contact.friction_coefficient > 0)
     return float(contact.stiffness[on] @ depth**2 + tied @ square) / 2
-
-
-@compiled
-def _bed_power(
-    position, velocity, half_length, half_width, stiffness, damping, friction, friction_force,
-    slip_speed,
-):
-    heat = rubbed = 0.0
-    for i in range(position.shape[0]):
-        if (position[i, 2] >= 0.0 or abs(position[i, 0]) >= half_length
-                or abs(position[i, 1]) >= half_width):
-            continue
-        spring, rate = -stiffness[i] * position[i, 2], -velocity[i, 2]
-        normal = max(spring + damping[i] * rate, 0.0)
-        heat += (normal - spring) * rate
-        if normal > 0.0:
-            square = velocity[i, 0] ** 2 + velocity[i, 1] ** 2
-            rubbed += (friction * normal + friction_force) * square / max(
-                np.sqrt(square), slip_speed)
-    return heat, rubbed
 
 
 @compiled

@@ -4,12 +4,11 @@ import numpy as np
 
 from simcore.compiled import compiled
 from simcore.errors import DesignError
-from simcore.sheet.bed import BedContact, push_from_bed
 from simcore.sheet.contact import PlaneContact
 from simcore.sheet.hanging import BarState, bar_points
 from simcore.sheet.net import SPRING_OFFSETS
 from simcore.sheet.rows import gather_rows, scatter_rows
-from simcore.sheet.solver import Reaction, Sheet, SheetState, check_finite
+from simcore.sheet.solver import Reaction, Sheet, SheetState, check_finite, rows_of_bed
 from simcore.sheet.spring_pass import add_spring_forces
 from simcore.sheet.vertex_contact import (
     ANCHOR,
@@ -31,9 +30,6 @@ SPRING_DAMPING_TIME = 2.0e-5
 
 ADDED_INERTIA_MAX = 15.0
 """Most inertia, over the sheet's mass, that a sub-step may need to be stable [kg]."""
-
-NO_BED = BedContact(0.0, 0.0, np.empty(0), np.empty(0), 0.0, 0.0, 1.0)
-"""Under nothing."""
 
 
 class ExplicitSolver:
@@ -89,11 +85,6 @@ class ExplicitSolver:
         self.inertia = np.maximum(mass, self._needed_inertia(substep))
 
         self._grid = _Grid(sheet, self.inertia)
-        bed = sheet.bed or NO_BED
-        self._bed_law = (
-            bed.half_length, bed.half_width, bed.friction_coefficient, bed.friction_force,
-            bed.slip_speed,
-        )
 
     def advance(
         self, state: SheetState, dt: float, contact: PlaneContact, bar: BarState
@@ -102,9 +93,8 @@ class ExplicitSolver:
         straps, grid = self.sheet.straps, self._grid
         count = max(1, int(np.ceil(dt / self.substep * (1 - 1e-9))))
         points, velocities = bar_points(straps, bar)
-        rows = gather_rows(contact)
+        rows, bed = gather_rows(contact), rows_of_bed(self.sheet, state)
         strap_impulse, spent = np.zeros((len(straps.length), 3)), np.zeros(3)
-        grid.bed_impulse[:] = 0
         _substeps(
             state.position, state.velocity, grid.place, grid.position, grid.velocity,
             grid.velocity_single, grid.force, dt / count, count, grid.offsets, grid.stiffness,
@@ -112,15 +102,12 @@ class ExplicitSolver:
             grid.factor, grid.pad, grid.mobility, grid.weight, grid.drag,
             points, velocities, straps.length, straps.stiffness, straps.damping,
             straps.patch_start, grid.patch_place, straps.patch_weight, strap_impulse,
-            rows.data, rows.vertex, rows.force, rows.impulse, grid.other,
-            grid.bed_stiffness, grid.bed_damping, *self._bed_law, grid.bed_impulse,
-            spent,
+            rows.data, rows.vertex, rows.force, rows.impulse, grid.of_skin,
+            bed.data, bed.vertex, bed.force, bed.impulse, grid.of_bed, grid.none, spent,
         )
         check_finite(state)
-        return Reaction(
-            scatter_rows(rows, contact, dt), grid.bed_impulse.sum(axis=1) / dt,
-            strap_impulse / dt, count, spent,
-        )
+        of_bed = scatter_rows(bed, state.on_bed, dt).force.sum(axis=0)
+        return Reaction(scatter_rows(rows, contact, dt), of_bed, strap_impulse / dt, count, spent)
 
     def _needed_inertia(self, substep: float) -> np.ndarray:
         """Return the inertia (n,) that keeps a sub-step stable [kg]: Eq. S8."""
@@ -186,11 +173,7 @@ class _Grid:
         self.position, self.velocity, self.force = np.zeros((3, 3, count))
         self.velocity_single = np.zeros((3, count), np.float32)
         self.factor = np.zeros((len(self.offsets), count), np.float32)
-        self.other, self.bed_impulse = np.zeros((2, 3, count))
-        self.bed_stiffness, self.bed_damping = np.zeros((2, count))
-        if sheet.bed:
-            self.bed_stiffness[self.place] = sheet.bed.stiffness
-            self.bed_damping[self.place] = sheet.bed.damping
+        self.of_skin, self.of_bed, self.none = np.zeros((3, 3, count))
 
 
 @compiled
@@ -199,16 +182,16 @@ def _substeps(
     offsets, stiffness, rest_length, buckling_strain, share, damping_time, factor, pad, mobility,
     weight, drag, bar_point, bar_velocity, strap_length, strap_stiffness, strap_damping,
     patch_start, patch_place, patch_weight, strap_impulse, rows, row_vertex, row_force,
-    row_impulse, other, bed_stiffness, bed_damping, half_length, half_width, bed_friction,
-    bed_friction_force, slip_speed, bed_impulse, spent,
+    row_impulse, of_skin, bed_rows, bed_vertex, bed_force, bed_impulse, of_bed, none, spent,
 ):
-    """Take `count` sub-steps of length h [s]; the vertex arrays (n, 3) are in and out."""
-    row_place = place[row_vertex]
-    other[:] = 0.0
-    for r in range(row_place.size):
-        prepare_row(rows, r, 1.0 / mobility[row_place[r]], h)
-        for axis in range(3):
-            other[axis, row_place[r]] = row_force[r, axis]
+    """Take `count` sub-steps of length h [s]; the vertex arrays (n, 3) are in and out.
+
+    A vertex between bed and body meets the bed first, at the velocity that the body's force of the
+    sub-step before would give, and then the body at the velocity that the bed has left. `none` is
+    the force of nothing.
+    """
+    row_place = _prepare(rows, row_vertex, row_force, place, mobility, h, of_skin)
+    bed_place = _prepare(bed_rows, bed_vertex, bed_force, place, mobility, h, of_bed)
     for i in range(place.size):
         for axis in range(3):
             position[axis, place[i]] = vertex_position[i, axis]
@@ -228,16 +211,13 @@ def _substeps(
             )
         for axis in range(3):
             _accelerate(velocity[axis], force[axis], mobility, drag, h)
-        if half_length > 0.0:
-            push_from_bed(
-                position[0], position[1], position[2], velocity[0], velocity[1], velocity[2],
-                other[0], other[1], other[2], mobility, bed_stiffness, bed_damping, half_length,
-                half_width, bed_friction, bed_friction_force, slip_speed, h,
-                bed_impulse[0], bed_impulse[1], bed_impulse[2],
-            )
         solve_planes(
-            rows, row_place, position, velocity, velocity_single, mobility, h, other, row_impulse,
-            spent,
+            bed_rows, bed_place, position, velocity, velocity_single, mobility, h, of_skin,
+            of_bed, bed_impulse, spent,
+        )
+        solve_planes(
+            rows, row_place, position, velocity, velocity_single, mobility, h, none, of_skin,
+            row_impulse, spent,
         )
         for axis in range(3):
             _move(position[axis], velocity[axis], h)
@@ -245,11 +225,30 @@ def _substeps(
         for axis in range(3):
             vertex_position[i, axis] = position[axis, place[i]]
             vertex_velocity[i, axis] = velocity[axis, place[i]]
-    for r in range(row_vertex.size):
+    _conclude(rows, row_vertex, row_force, row_place, of_skin, vertex_position)
+    _conclude(bed_rows, bed_vertex, bed_force, bed_place, of_bed, vertex_position)
+
+
+@compiled
+def _prepare(rows, vertex, row_force, place, mobility, h, force):
+    """Make rows ready for sub-steps; put their last forces on the grid and return their places."""
+    row_place = place[vertex]
+    force[:] = 0.0
+    for r in range(row_place.size):
+        prepare_row(rows, r, 1.0 / mobility[row_place[r]], h)
         for axis in range(3):
-            row_force[r, axis] = other[axis, row_place[r]]
+            force[axis, row_place[r]] = row_force[r, axis]
+    return row_place
+
+
+@compiled
+def _conclude(rows, vertex, row_force, row_place, force, vertex_position):
+    """Note the last force of each row; tie what is open to where its vertex is."""
+    for r in range(vertex.size):
+        for axis in range(3):
+            row_force[r, axis] = force[axis, row_place[r]]
             if rows[r, WAS_OPEN] > 0.0:
-                rows[r, ANCHOR + axis] = vertex_position[row_vertex[r], axis]
+                rows[r, ANCHOR + axis] = vertex_position[vertex[r], axis]
 
 
 @compiled

@@ -133,34 +133,3 @@ def add_contact(position, start, h, rows, vertex, force, row_force, row_anchor):
             row_force[r, axis] = friction + normal * n[axis]
             force[i, axis] += row_force[r, axis]
         row_force[r, 3] = normal
-
-
-@compiled
-def add_bed(
-    position, start, h, half_length, half_width, stiffness, damping, friction, friction_force,
-    slip_speed, force, total,
-):
-    """Add the bed's force (Eq. 14) to every vertex over it and in it, and write their sum (3,) [N].
-
-    As a function of the position after the step; the damper adds at most k d.
-    """
-    total[:] = 0.0
-    for i in range(stiffness.size):
-        depth = -position[i, 2]
-        if (depth <= 0.0 or abs(position[i, 0]) >= half_length
-                or abs(position[i, 1]) >= half_width):
-            continue
-        spring = stiffness[i] * depth
-        rate = damping[i] * (start[i, 2] - position[i, 2]) / h
-        normal = spring + min(rate, spring)
-        if normal <= 0.0:
-            continue
-        u = (position[i, 0] - start[i, 0]) / h
-        v = (position[i, 1] - start[i, 1]) / h
-        hold = (friction * normal + friction_force) / max(np.sqrt(u * u + v * v), slip_speed)
-        force[i, 0] -= hold * u
-        force[i, 1] -= hold * v
-        force[i, 2] += normal
-        total[0] -= hold * u
-        total[1] -= hold * v
-        total[2] += normal

@@ -1,18 +1,15 @@
 """Backward Euler in the fast mass–spring form of Liu et al. 2013: the paper's solver."""
 
-from dataclasses import astuple
-
 import numpy as np
 from scipy.sparse import coo_matrix, diags
 from scipy.sparse.linalg import SuperLU, splu
 
 from simcore.errors import DesignError, SimulationError
-from simcore.sheet.bed import BedContact
 from simcore.sheet.contact import PlaneContact
 from simcore.sheet.hanging import BarState, bar_points
-from simcore.sheet.implicit_forces import add_bed, add_contact, add_springs, add_straps
+from simcore.sheet.implicit_forces import add_contact, add_springs, add_straps
 from simcore.sheet.rows import Rows, gather_rows, scatter_rows
-from simcore.sheet.solver import Reaction, Sheet, SheetState, check_finite
+from simcore.sheet.solver import Reaction, Sheet, SheetState, check_finite, rows_of_bed
 from simcore.sheet.vertex_contact import (
     ANCHOR,
     C_T,
@@ -38,9 +35,6 @@ ANDERSON_WINDOW = 6
 
 PINNED_STIFFNESS = 1.0e12
 """On the diagonal of a pinned vertex [N/m]; its residual is left out."""
-
-NEAR_BED = 0.01
-"""Vertices higher over the bed than this do not meet it within a step [m]."""
 
 REFACTOR_SHARE = 0.1
 """Contact stiffness that may be missing from, or left over in, the matrix before it is made new."""
@@ -98,31 +92,30 @@ class LiuSolver:
         """Implement `simcore.sheet.solver.SheetSolver.advance` by steps of at most `step`."""
         count = max(1, int(np.ceil(dt / self.step * (1 - 1e-9))))
         points, velocities = bar_points(self.sheet.straps, bar)
-        rows = gather_rows(contact)
-        strap_force, bed_force = np.zeros_like(points), np.zeros(3)
+        rows, bed = gather_rows(contact), rows_of_bed(self.sheet, state)
+        strap_force = np.zeros_like(points)
         iterations, h = 0, dt / count
         for step in range(count):
             after = points + (step + 1) * h * velocities
-            passes, of_straps, of_bed = self._take_step(state, h, rows, after, velocities)
+            passes, of_straps = self._take_step(state, h, (rows, bed), after, velocities)
             iterations += passes
             strap_force += of_straps / count
-            bed_force += of_bed / count
         check_finite(state)
+        of_bed = scatter_rows(bed, state.on_bed, dt).force.sum(axis=0)
         return Reaction(
-            scatter_rows(rows, contact, dt), bed_force, strap_force, iterations,
-            np.full(3, np.nan),
+            scatter_rows(rows, contact, dt), of_bed, strap_force, iterations, np.full(3, np.nan)
         )
 
     def _take_step(
-        self, state: SheetState, h: float, rows: Rows, points: np.ndarray, velocities: np.ndarray
-    ) -> tuple[int, np.ndarray, np.ndarray]:
+        self, state: SheetState, h: float, contacts: tuple[Rows, Rows], points: np.ndarray,
+        velocities: np.ndarray,
+    ) -> tuple[int, np.ndarray]:
         """Advance state, rows and impulses by h [s].
 
         Returns
         -------
         iterations : int
         strap_force : (s, 3) float64
-        bed_force : (3,) float64
             [N]
         """
         sheet, net, straps = self.sheet, self.sheet.net, self.sheet.straps
@@ -130,8 +123,11 @@ class LiuSolver:
         held = 1 + h * sheet.drag_rate
         inertia = (net.mass * held / h**2)[:, None]
         free = start + (h * state.velocity + h**2 * sheet.gravity) / held
-        row_force, row_anchor = np.empty((len(rows.vertex), 4)), np.empty((len(rows.vertex), 3))
-        strap_force, bed_force = np.empty_like(points), np.zeros(3)
+        # Of each row: force with its normal part, and anchor.
+        told = [
+            (np.empty((len(rows.vertex), 4)), np.empty((len(rows.vertex), 3))) for rows in contacts
+        ]
+        strap_force = np.empty_like(points)
         fall = h**2 * float(np.linalg.norm(sheet.gravity)) * np.sqrt(len(net.mass))
 
         def residual(x: np.ndarray) -> tuple[np.ndarray, float]:
@@ -141,9 +137,8 @@ class LiuSolver:
                 x, start, h, points, velocities, straps.length, straps.stiffness, straps.damping,
                 straps.patch_start, straps.patch_vertex, straps.patch_weight, force, strap_force,
             )
-            add_contact(x, start, h, rows.data, rows.vertex, force, row_force, row_anchor)
-            if sheet.bed:
-                add_bed(x, start, h, *astuple(sheet.bed), force, bed_force)
+            for rows, row_told in zip(contacts, told, strict=True):
+                add_contact(x, start, h, rows.data, rows.vertex, force, *row_told)
             add_springs(
                 x, net.spring_vertices, net.stiffness, net.rest_length, net.buckling_strain,
                 self._share, force,
@@ -152,29 +147,29 @@ class LiuSolver:
             force[sheet.pinned] = 0
             return force, max(float(np.linalg.norm(x - free)), fall)
 
-        solve = self._matrix(h, rows, start).solve
+        solve = self._matrix(h, contacts).solve
         # Pinned vertices start where they end: their velocity is given.
         position = start + h * state.velocity
         iterations, position = _iterate(position, residual, solve, self.tolerance, self.window)
         state.velocity[:] = (position - start) / h
         state.position[:] = position
-        rows.data[:, ANCHOR : ANCHOR + 3] = row_anchor
-        surface_velocity = rows.data[:, SURFACE : SURFACE + 3]
-        rows.data[:, OFFSET] += h * (rows.data[:, :3] * surface_velocity).sum(axis=1)
-        rows.impulse[:] += h * row_force
-        rows.force[:] = row_force[:, :3]
-        return iterations, strap_force, bed_force
+        for rows, (row_force, row_anchor) in zip(contacts, told, strict=True):
+            rows.data[:, ANCHOR : ANCHOR + 3] = row_anchor
+            surface_velocity = rows.data[:, SURFACE : SURFACE + 3]
+            rows.data[:, OFFSET] += h * (rows.data[:, :3] * surface_velocity).sum(axis=1)
+            rows.impulse[:] += h * row_force
+            rows.force[:] = row_force[:, :3]
+        return iterations, strap_force
 
-    def _matrix(self, h: float, rows: Rows, position: np.ndarray) -> SuperLU:
-        """Return the factored matrix of Eq. S10 for a step, a set of planes, and the bed."""
+    def _matrix(self, h: float, contacts: tuple[Rows, Rows]) -> SuperLU:
+        """Return the factored matrix of Eq. S10 for a step and sets of planes."""
         net = self.sheet.net
         planes = np.zeros(len(net.mass))
-        data = rows.data
-        normal = data[:, STIFFNESS] + data[:, DAMPING] / h
-        tangential = data[:, K_T] + (data[:, C_T] + data[:, F_C] / data[:, EPSILON]) / h
-        np.add.at(planes, rows.vertex, np.maximum(normal, tangential))
-        if self.sheet.bed:
-            planes += _bed_stiffness(self.sheet.bed, position, h)
+        for rows in contacts:
+            data = rows.data
+            normal = data[:, STIFFNESS] + data[:, DAMPING] / h
+            tangential = data[:, K_T] + (data[:, C_T] + data[:, F_C] / data[:, EPSILON]) / h
+            np.add.at(planes, rows.vertex, np.maximum(normal, tangential))
         if self._factored is not None and self._factored[0] == h:
             misfit = np.abs(self._factored[1] - planes).sum()
             if misfit <= REFACTOR_SHARE * planes.sum():
@@ -188,16 +183,6 @@ class LiuSolver:
         )
         self._factored = h, planes, factor
         return factor
-
-
-def _bed_stiffness(bed: BedContact, position: np.ndarray, h: float) -> np.ndarray:
-    """Return what the bed adds to D (n,) [N/m]: no less than its stiffness and its friction's."""
-    x, y, z = position.T
-    near = (np.abs(x) < bed.half_length) & (np.abs(y) < bed.half_width) & (z < NEAR_BED)
-    spring = bed.stiffness * np.maximum(-z, 0)
-    friction = (bed.friction_coefficient * 2 * spring + bed.friction_force) / bed.slip_speed
-    return near * np.maximum(bed.stiffness + np.minimum(bed.damping / h, bed.stiffness),
-                             friction / h)
 
 
 def _laplacian(sheet: Sheet, h: float):

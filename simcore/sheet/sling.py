@@ -7,12 +7,18 @@ import numpy as np
 from simcore.config.designs import Method, SheetPenalty
 from simcore.config.sling_lift import Bed, SlingLift
 from simcore.errors import DesignError
-from simcore.sheet.bed import BedContact
+from simcore.sheet.bed import BedContact, springy_bed
 from simcore.sheet.explicit import ExplicitSolver
 from simcore.sheet.hanging import BarState, build_straps, check_reach
 from simcore.sheet.liu import LiuSolver
 from simcore.sheet.net import Net, build_net
 from simcore.sheet.solver import SheetSolver, SheetState, lay_flat, make_sheet
+
+SHEAR_SHARE = 1 / 3
+"""Stiffness of a mattress along its surface over that across it.
+
+# ASSUME: as of what is incompressible; of foam it is nearer to 0.4.
+"""
 
 CLEARANCE = 5e-4
 """Height of the sheet over the bed at the start [m]: half of what a placed body leaves."""
@@ -83,12 +89,11 @@ def build_sling(design: SlingLift, method: Method, pelvis_x: float, bar: BarStat
 
 def _bed_contact(net: Net, bed: Bed, law: SheetPenalty | None) -> BedContact:
     """Return the bed as the sheet meets it: its own law, or the paper's at each vertex."""
+    stiffness = bed.pressure_stiffness_pa_per_m * net.vertex_area
+    contact = springy_bed(
+        bed.length_m / 2, bed.width_m / 2, stiffness, bed.damping_time_s,
+        bed.friction_coefficient, SHEAR_SHARE * stiffness,
+    )
     if law:
-        stiffness = np.full(len(net.mass), law.stiffness_n_per_m)
-        damping = np.full(len(net.mass), law.damping_ns_per_m)
-        friction = 0.0, law.friction_force_n, law.friction_velocity_m_per_s
-    else:
-        stiffness = bed.pressure_stiffness_pa_per_m * net.vertex_area
-        damping = bed.damping_time_s * stiffness
-        friction = bed.friction_coefficient, 0.0, bed.slip_speed_m_per_s
-    return BedContact(bed.length_m / 2, bed.width_m / 2, stiffness, damping, *friction)
+        contact.law.set_penalty(law)
+    return contact

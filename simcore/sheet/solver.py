@@ -10,6 +10,7 @@ from simcore.sheet.bed import BedContact
 from simcore.sheet.contact import ContactForce, PlaneContact
 from simcore.sheet.hanging import BarState, Straps
 from simcore.sheet.net import Net
+from simcore.sheet.rows import Rows, gather_rows
 
 GRAVITY = 9.80665
 """Standard gravity, along −z [m/s²] (CGPM 1901)."""
@@ -50,10 +51,13 @@ class SheetState:
     ----------
     position, velocity : (n, 3) float64
         [m], [m/s]
+    on_bed : PlaneContact or None
+        What the bed is to it, once a solver has looked.
     """
 
     position: np.ndarray
     velocity: np.ndarray
+    on_bed: PlaneContact | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +74,8 @@ class Reaction:
     passes : int
         Sub-steps or iterations taken.
     spent : (3,) float64
-        Heat of the planes' dashpots, work of their sliding friction, and what the sub-steps
-        themselves took out at the planes [J]; NaN where a solver does not tell.
+        Heat of the dashpots of planes and bed, work of their sliding friction, and what the
+        sub-steps themselves took out there [J]; NaN where a solver does not tell.
     """
 
     contact: ContactForce
@@ -135,6 +139,17 @@ def lay_flat(net: Net, origin: np.ndarray, rotation: np.ndarray | None = None) -
         position = position @ rotation.T
     position = np.ascontiguousarray(position + origin)
     return SheetState(position, np.zeros_like(position))
+
+
+def rows_of_bed(sheet: Sheet, state: SheetState) -> Rows:
+    """Return the planes of the bed under a sheet for a step; none without a bed."""
+    if state.on_bed is None:
+        state.on_bed = (
+            sheet.bed.untouched() if sheet.bed else PlaneContact.empty(len(sheet.net.mass))
+        )
+    if sheet.bed:
+        sheet.bed.find(state.position, state.on_bed)
+    return gather_rows(state.on_bed)
 
 
 def check_finite(state: SheetState) -> None:

@@ -149,7 +149,9 @@ def _spent(rows, r, px, py, pz, vx, vy, vz, rate, h, plane):
 
 
 @compiled
-def solve_planes(rows, place, position, velocity, before, mobility, h, force, impulse, spent):
+def solve_planes(
+    rows, place, position, velocity, before, mobility, h, expected, force, impulse, spent
+):
     """Move the vertices that have a plane through a sub-step.
 
     Parameters
@@ -165,6 +167,8 @@ def solve_planes(rows, place, position, velocity, before, mobility, h, force, im
         Velocities at the start of the sub-step [m/s].
     mobility : (N,) float64
         1 / m [1/kg].
+    expected : (3, N) float64
+        Force that another contact is going to add to the velocities given [N].
     force : (3, N) float64
         N n + F, where there is a plane; overwritten [N].
     impulse : (m, 4) float64
@@ -179,7 +183,9 @@ def solve_planes(rows, place, position, velocity, before, mobility, h, force, im
         p = place[r]
         rate = h * mobility[p]
         px, py, pz = position[0, p], position[1, p], position[2, p]
-        vx, vy, vz = velocity[0, p], velocity[1, p], velocity[2, p]
+        vx = velocity[0, p] + rate * expected[0, p]
+        vy = velocity[1, p] + rate * expected[1, p]
+        vz = velocity[2, p] + rate * expected[2, p]
         plane = _plane_force(rows, r, px, py, pz, vx, vy, vz, rate, h)
         normal, fx, fy, fz = plane[0], plane[1], plane[2], plane[3]
         heat, rubbed, lost = _spent(rows, r, px, py, pz, vx, vy, vz, rate, h, plane)
@@ -190,12 +196,12 @@ def solve_planes(rows, place, position, velocity, before, mobility, h, force, im
         if normal > 0.0:
             fx, fy, fz = (fx + normal * rows[r, 0], fy + normal * rows[r, 1],
                           fz + normal * rows[r, 2])
-            velocity[0, p] = vx + rate * fx
-            velocity[1, p] = vy + rate * fy
-            velocity[2, p] = vz + rate * fz
-            all_lost += 0.5 * h * (fx * (velocity[0, p] - before[0, p])
-                                   + fy * (velocity[1, p] - before[1, p])
-                                   + fz * (velocity[2, p] - before[2, p]))
+            velocity[0, p] += rate * fx
+            velocity[1, p] += rate * fy
+            velocity[2, p] += rate * fz
+            all_lost += 0.5 * h * (fx * (vx + rate * fx - before[0, p])
+                                   + fy * (vy + rate * fy - before[1, p])
+                                   + fz * (vz + rate * fz - before[2, p]))
             impulse[r, 0] += h * fx
             impulse[r, 1] += h * fy
             impulse[r, 2] += h * fz

@@ -4,7 +4,7 @@ import numpy as np
 
 from simcore.energy import energy_residual
 from simcore.sheet import PlaneContact, SheetSolver, SheetState
-from simcore.sheet.energy import bed_power, dashpot_power, planes_energy, stored_energy
+from simcore.sheet.energy import dashpot_power, planes_energy, stored_energy
 from simcore.sheet.hanging import BarState, bar_points
 from simcore.sheet.solver import Reaction
 from simcore.validation.table import Criterion
@@ -45,7 +45,7 @@ class Accounts:
         pull, power = reaction.strap_force, self._power_now(state, bar)
         # The bar has moved before the step, under the forces of this one and the last alike.
         self._flows[0] += ((pull + self._strap_force) * (points - self._points)).sum() / 2
-        self._flows[2:4] += dt / 2 * (self._power + power)
+        self._flows[2] += dt / 2 * (self._power + power)
         self._flows[2:] += reaction.spent
         self._points, self._strap_force, self._power = points, pull, power
         self._in_planes = planes_energy(contact, state.position)
@@ -57,12 +57,9 @@ class Accounts:
         """What no account explains, over the energy exchanged: Eq. E6."""
         return energy_residual(np.array(self._rows))
 
-    def _power_now(self, state: SheetState, bar: BarState) -> np.ndarray:
-        """Return heat and friction at this moment [W], but those of the planes."""
-        solver = self._solver
-        heat = dashpot_power(solver.sheet, solver.damping_time, state, bar)
-        of_bed = bed_power(solver.sheet.bed, state) if solver.sheet.bed else (0.0, 0.0)
-        return np.array([heat, 0.0]) + of_bed
+    def _power_now(self, state: SheetState, bar: BarState) -> float:
+        """Return the heat at this moment [W], but that of planes and bed."""
+        return dashpot_power(self._solver.sheet, self._solver.damping_time, state, bar)
 
     def _row(self, state: SheetState, bar: BarState) -> np.ndarray:
         stored = stored_energy(self._solver.sheet, self._solver.inertia, state, bar)

@@ -101,8 +101,8 @@ class Block:
             np.broadcast_to(axis, (3, 3, 3)).astype(np.float32), np.full(3, axis[0]), axis[2]
         )
         self._flesh = (
-            self.area, flesh.modulus, flesh.thickness, law.tissue == "stiffening",
-            law.damping_time_s, self.friction,
+            self.area, flesh.modulus, flesh.thickness, 0.0, law.tissue == "stiffening",
+            np.full(count, law.damping_time_s),
         )
         self._still = np.zeros(3)
         self._listed = np.arange(count)
@@ -121,9 +121,10 @@ class Block:
         still, self._posed = self._still, q + self._skin
         *_, self._pressed = foundation_forces(
             self._listed, self._posed, np.tile(v, (len(self._skin), 1)), *self._field,
-            self.rotation, still, still, still, *self._flesh, IMPLICITNESS * self.step,
-            self._anchor, self._closed, self.force, self.normal_force, self.normals, self._along,
-            self._across, self._depths, self._steepness, self._sticks, self._stretch, self._slid,
+            self.rotation, still, still, still, *self._flesh, self.friction,
+            IMPLICITNESS * self.step, self._anchor, self._closed, self.force, self.normal_force,
+            self.normals, self._along, self._across, self._depths, self._steepness, self._sticks,
+            self._stretch, self._slid,
         )
         across, along = self._across.sum(), self._along.sum()
         normal = self.rotation[:, 2]
@@ -144,7 +145,7 @@ class Block:
         still, count, mean = self._still, len(self.rest), (before + self.v) / 2
         heat, implicit = foundation_power(
             self._pressed, self._posed, np.tile(before, (count, 1)), np.tile(mean, (count, 1)),
-            still, still, still, *self._flesh[:5], IMPLICITNESS * self.step, self.step,
+            still, still, still, *self._flesh, IMPLICITNESS * self.step, self.step,
             self._depths, self._steepness, self.normals, self.normal_force, self._sticks,
         )
         late = mean @ self._impedance @ (self.v - before)
@@ -152,7 +153,7 @@ class Block:
         self._slid[0] = 0.0
         elastic = foundation_energy(
             self._listed, self.q + self._skin, *self._field, self.rotation, still,
-            *self._flesh[:4], self._anchor, self._closed,
+            *self._flesh[:5], self._anchor, self._closed,
         )
         kinetic = self.mass * self.v @ self.v / 2
         potential = self.mass * GRAVITY * self.q[2]
