@@ -5,10 +5,9 @@ import pinocchio as pin
 
 from simcore.body.capsules import fit_capsules
 from simcore.body.segments import PARENTS, SEGMENTS
-from simcore.body.skin_listed import segment_balls, torque_of_wrenches, wrench_listed
+from simcore.body.skin_listed import torque_of_wrenches, wrench_listed
 from simcore.contact.self_contact import add_self_contact, overlaps, self_contact_power
 from simcore.device.motion import DeviceState
-from simcore.dynamics.adaptive import skin_speed
 from simcore.dynamics.impedance import (
     PACKED,
     add_pair_impedance,
@@ -65,7 +64,6 @@ class Interaction:
         self._blocks = np.zeros((len(SEGMENTS), len(SEGMENTS), PACKED))
         self._parts = self._own_parts(scene) if scene.method.self_contact else None
         self.contact = contact_with_device(scene)
-        self._balls = segment_balls(skin, len(SEGMENTS))
 
     @property
     def support_force(self) -> np.ndarray:
@@ -90,8 +88,7 @@ class Interaction:
 
         Of its speed relative to the device, from above [m/s]; of its distance, from below [m].
         """
-        speed = skin_speed(self._views, moved, *self._balls)
-        return speed, self.contact.clearance(self._views, self._surface_state(moved))
+        return self.contact.speed_and_clearance(self._views, self._surface_state(moved))
 
     def place(self, q: np.ndarray, moved: DeviceState) -> np.ndarray:
         """Return where the body is on what carries it: its centre of mass, device frame (1, 3)."""

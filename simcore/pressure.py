@@ -4,7 +4,8 @@ import numpy as np
 from scipy.sparse import csc_array, csr_array
 from scipy.spatial import cKDTree
 
-from simcore.compiled import compiled
+FRAMES_AT_ONCE = 256
+"""Of whose forces there are copies at a time."""
 
 
 class SensorCells:
@@ -41,42 +42,47 @@ class SensorCells:
         columns = np.concatenate([j, i, np.arange(count)])
         weights = np.concatenate([weight, weight, np.ones(count)])
         sums = csr_array((weights, (rows, columns)), shape=(count, count))
-        operator = csc_array(sums.multiply(1 / (sums @ vertex_area)[:, None]))
-        self._columns = operator.indptr, operator.indices, operator.data
+        self._operator = csc_array(sums.multiply(1 / (sums @ vertex_area)[:, None]))
 
     def pressure(self, normal_force: np.ndarray) -> np.ndarray:
         """Return pressure [Pa] of normal forces [N]; (n,) or (T, n)."""
-        force = np.atleast_2d(np.asarray(normal_force, dtype=float)).T
-        return self._mean(force).T.reshape(np.shape(normal_force))
+        force = np.atleast_2d(normal_force)
+        bearing = np.flatnonzero(force.any(axis=0))
+        cells, mean = self._mean(bearing, force[:, bearing].T)
+        found = np.zeros(force.shape)
+        found[:, cells] = mean.T
+        return found.reshape(np.shape(normal_force))
 
-    def shear(self, tangential_force: np.ndarray) -> np.ndarray:
-        """Return the size (n,) [Pa] of tangential forces (n, 3) [N], averaged as vectors: Eq. P3.
+    def shear(self, tangential_force: np.ndarray, bearing: np.ndarray | None = None) -> np.ndarray:
+        """Return the size (..., n) [Pa] of tangential forces, averaged as vectors: Eq. P3.
 
         Skin that is pulled both ways within a cell is not sheared as a whole.
+
+        Parameters
+        ----------
+        tangential_force : (n, 3) or (T, k, 3)
+            [N]
+        bearing : (k,) int, optional
+            Vertices that the latter are of; unless told, all.
         """
-        mean = self._mean(tangential_force)
-        return np.sqrt(np.einsum("ij,ij->i", mean, mean))
+        force = tangential_force if tangential_force.ndim == 3 else tangential_force[None]
+        bearing = np.arange(force.shape[1]) if bearing is None else bearing
+        found = np.zeros((len(force), self._operator.shape[0]))
+        for start in range(0, len(force), FRAMES_AT_ONCE):
+            part = force[start : start + FRAMES_AT_ONCE]
+            columns = np.moveaxis(part, 1, 0).reshape(len(bearing), 3 * len(part))
+            cells, mean = self._mean(bearing, columns)
+            mean = mean.reshape(len(cells), len(part), 3)
+            found[start : start + FRAMES_AT_ONCE, cells] = np.sqrt(
+                np.einsum("itj,itj->ti", mean, mean)
+            )
+        return found if tangential_force.ndim == 3 else found[0]
 
-    def _mean(self, force: np.ndarray) -> np.ndarray:
-        """Return the cells' force per area (n, c) of forces (n, c), most of which are zero."""
-        found = np.zeros(force.shape)
-        _add_columns(*self._columns, np.ascontiguousarray(force), found)
-        return found
-
-
-@compiled
-def _add_columns(starts, rows, values, factor, product):
-    """Add a sparse matrix, by columns, times a matrix (n, c) whose rows are mostly zero."""
-    for j in range(factor.shape[0]):
-        touched = False
-        for k in range(factor.shape[1]):
-            touched = touched or factor[j, k] != 0.0
-        if not touched:
-            continue
-        for e in range(starts[j], starts[j + 1]):
-            i, value = rows[e], values[e]
-            for k in range(factor.shape[1]):
-                product[i, k] += value * factor[j, k]
+    def _mean(self, bearing: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return cells (m,) that read anything, and force per area (m, c) of forces (k, c)."""
+        part = self._operator[:, bearing].tocsr()
+        cells = np.flatnonzero(np.diff(part.indptr))
+        return cells, part[cells] @ np.ascontiguousarray(force, dtype=float)
 
 
 class SensorMat:
@@ -112,14 +118,26 @@ class SensorMat:
                 rows.append(row * len(self.y) + column)
                 weights.append(share * other)
         columns = np.tile(np.arange(len(points)), len(rows))
-        self._operator = csr_array(
+        self._operator = csc_array(
             (np.concatenate(weights) / pitch**2, (np.concatenate(rows), columns)),
             shape=(len(self.x) * len(self.y), len(points)),
         )
 
-    def pressure(self, normal_force: np.ndarray) -> np.ndarray:
-        """Return the reading (rows, columns) [Pa] of normal forces (N,) at the points [N]."""
-        return (self._operator @ normal_force).reshape(len(self.x), len(self.y))
+    def pressure(
+        self, normal_force: np.ndarray, bearing: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Return the reading (..., rows, columns) [Pa] of normal forces at the points [N].
+
+        Parameters
+        ----------
+        normal_force : (N,) or (T, k)
+            [N]
+        bearing : (k,) int, optional
+            Points that the latter are of; unless told, all.
+        """
+        operator = self._operator if bearing is None else self._operator[:, bearing]
+        reading = operator @ np.asarray(normal_force, dtype=float).T
+        return reading.T.reshape(*np.shape(normal_force)[:-1], len(self.x), len(self.y))
 
 
 def _overlaps(

@@ -135,6 +135,8 @@ class Recorder:
         self._depth_max = 0.0
         self._cells = sensor_cells(scene)
         self._mat = SensorMat(scene.mat_points, scene.mat_tile, scene.method.sensor_pitch_m)
+        # Of each frame: skin vertices that bear force, and how much; and points of the mat.
+        self._bearing: list[tuple[np.ndarray, ...]] = []
         self._start = None
         self.fall_time = np.inf
 
@@ -180,7 +182,11 @@ class Recorder:
         displacement = float(np.linalg.norm(place - self._start, axis=1).max())
         if displacement > FALL_DISPLACEMENT:
             self.fall_time = min(self.fall_time, time)
-        mat_pressure = self._mat.pressure(self._mat_normal / duration)
+        skin, mat = np.flatnonzero(self._normal), np.flatnonzero(self._mat_normal)
+        self._bearing.append(
+            (skin, self._normal[skin] / duration, self._tangential[skin] / duration,
+             mat, self._mat_normal[mat] / duration)
+        )
         self._frames.append(
             {
                 "time": time,
@@ -190,22 +196,16 @@ class Recorder:
                 "device_position": moved.position,
                 "displacement": displacement,
                 "segment_force": self._segments / duration,
-                "normal_force": (self._normal / duration).astype(np.float32),
-                "shear": self._cells.shear(self._tangential / duration).astype(np.float32),
                 "slip_force": self._slipping / duration,
                 "support_force": self._support / duration,
-                "mat_pressure": mat_pressure.astype(np.float32),
                 **now.sheet_frame(),
                 "contact_count": now.contact_count,
                 "depth_max": self._depth_max,
                 "energy": np.full(len(TERMS), np.nan),
             }
         )
-        for total in (
-            self._segments, self._support, self._normal, self._tangential, self._mat_normal,
-            self._mat_tangential,
-        ):
-            total[:] = 0
+        self._normal[skin] = self._tangential[skin] = self._mat_normal[mat] = 0
+        self._segments[:] = self._support[:] = self._mat_tangential[mat] = 0
         self._slipping = self._depth_max = self._duration = 0.0
 
     def tell_energy(self, energy: np.ndarray) -> None:
@@ -220,8 +220,31 @@ class Recorder:
             name: np.array([frame[name] for frame in self._frames]) for name in self._frames[0]
         }
         columns["time"] = columns["time"] - device_start
+        columns |= self._forces()
         columns = {"sheet_position": None, "strap_force": None} | columns
         return Trajectory(
             **columns, mat_x=self._mat.x, mat_y=self._mat.y, settled=settled, cpu_time=cpu_time,
             status=status, reason=reason,
         )
+
+    def _forces(self) -> dict[str, np.ndarray]:
+        """Return what skin and mat bore in each frame, read for all frames at once."""
+        skins, normals, tangentials, mats, on_mats = zip(*self._bearing, strict=True)
+        count, frames = len(self._normal), len(self._frames)
+        normal_force = np.zeros((frames, count), np.float32)
+        bearing, columns = np.unique(np.concatenate(skins), return_inverse=True)
+        tangential = np.zeros((frames, len(bearing), 3))
+        points, places = np.unique(np.concatenate(mats), return_inverse=True)
+        on_mat = np.zeros((frames, len(points)))
+        at_skin = at_mat = 0
+        for frame in range(frames):
+            normal_force[frame, skins[frame]] = normals[frame]
+            among = columns[at_skin : at_skin + len(skins[frame])]
+            tangential[frame, among] = tangentials[frame]
+            on_mat[frame, places[at_mat : at_mat + len(mats[frame])]] = on_mats[frame]
+            at_skin, at_mat = at_skin + len(skins[frame]), at_mat + len(mats[frame])
+        return {
+            "normal_force": normal_force,
+            "shear": self._cells.shear(tangential, bearing).astype(np.float32),
+            "mat_pressure": self._mat.pressure(on_mat, points).astype(np.float32),
+        }

@@ -18,7 +18,7 @@ from simcore.contact.foundation_energy import foundation_energy, foundation_powe
 from simcore.contact.near_solid import NearSolid
 from simcore.contact.neighbours import Neighbours
 from simcore.contact.penalty import penalty_forces
-from simcore.contact.tangential import add_parts
+from simcore.contact.tangential import add_parts, moved_on_mat
 from simcore.device.motion import DeviceState
 from simcore.dynamics.pinocchio_views import SegmentViews
 from simcore.scene import Scene
@@ -77,8 +77,13 @@ class SkinContact(Protocol):
     def add_mat_impulses(self, duration: float, total: np.ndarray) -> None:
         """Add what the present forces on `Scene.mat_points` do to them in a time (N,) [N s]."""
 
-    def clearance(self, segments: SegmentViews, device: DeviceState) -> np.ndarray:
-        """Return how far each segment's skin is from what carries it, at least (m,) [m]."""
+    def speed_and_clearance(
+        self, segments: SegmentViews, device: DeviceState
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return of each segment's skin (m,), relative to what carries it, bounds:
+
+        its speed from above [m/s], its distance from below [m].
+        """
 
     def add_skin_to_mat(self, normal: np.ndarray, total: np.ndarray) -> None:
         """Add the normal impulses on the skin (n,) that `add_mat_impulses` leaves out (N,)."""
@@ -114,10 +119,6 @@ class _OnSkin:
     def add_mat_impulses(self, duration: float, total: np.ndarray) -> None:
         """Implement `SkinContact.add_mat_impulses`: none."""
 
-    def clearance(self, segments: SegmentViews, device: DeviceState) -> np.ndarray:
-        """Implement `SkinContact.clearance`: nothing is known."""
-        return np.zeros(len(SEGMENTS))
-
     def add_skin_to_mat(self, normal: np.ndarray, total: np.ndarray) -> None:
         """Implement `SkinContact.add_skin_to_mat`: nothing is left out."""
 
@@ -134,7 +135,10 @@ class _OnSkin:
 
 
 class PointContact(_OnSkin):
-    """The paper's: a spring at each contact point of the device (Eqs. 6 and 7)."""
+    """The paper's: a spring at each contact point of the device (Eqs. 6 and 7).
+
+    Its steps are all alike: it knows no `speed_and_clearance`.
+    """
 
     def __init__(self, scene: Scene):
         super().__init__(scene)
@@ -205,9 +209,7 @@ class FoundationContact(_OnSkin):
 
     def evaluate(self, segments: SegmentViews, device: DeviceState, lag: float) -> None:
         """Implement `SkinContact.evaluate`."""
-        self._near.update(
-            segments.rotations, segments.positions, device, self._pose(segments), self.points
-        )
+        self._near.update(segments, device, lag, self._pose(segments), self.points)
         before, self.listed = self.listed, self._near.listed
         if before is not self.listed:
             gone = np.setdiff1d(before, self.listed, assume_unique=True)
@@ -251,18 +253,21 @@ class FoundationContact(_OnSkin):
             self._anchor, self._closed,
         )
 
-    def clearance(self, segments: SegmentViews, device: DeviceState) -> np.ndarray:
-        """Implement `SkinContact.clearance`."""
-        return self._near.clearance(segments.rotations, segments.positions, device)
+    def speed_and_clearance(
+        self, segments: SegmentViews, device: DeviceState
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Implement `SkinContact.speed_and_clearance`."""
+        return self._near.speed_and_clearance(segments, device)
 
     def add_skin_to_mat(self, normal: np.ndarray, total: np.ndarray) -> None:
         """Implement `SkinContact.add_skin_to_mat`: to the point of the mat that is nearest now."""
         pressed = np.flatnonzero(normal)
-        place = (self.points[pressed] - self._device.position) @ self._device.rotation
-        moved = np.abs(place - self._mat_place[pressed]).max(axis=1) > self._mat_step
-        if moved.any():
-            _, self._mat_point[pressed[moved]] = self._mat.query(place[moved])
-            self._mat_place[pressed[moved]] = place[moved]
+        moved = moved_on_mat(
+            pressed, self.points, self._device.rotation, self._device.position, self._mat_step,
+            self._mat_place,
+        )
+        if len(moved):
+            _, self._mat_point[moved] = self._mat.query(self._mat_place[moved])
         np.add.at(total, self._mat_point[pressed], normal[pressed])
 
 

@@ -10,7 +10,12 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from simcore.config.robotic_lift import MeshSurface
-from simcore.contact.distance_lookup import distance_and_gradient, distance_at, sure_clearance
+from simcore.contact.distance_lookup import (
+    distance_and_gradient,
+    distance_at,
+    sure_clearance,
+    way_to_touch,
+)
 from simcore.device import distance
 from simcore.device.distance import BAND, device_distance, mesh_distance
 from simcore.device.surface import SOLID_DEPTH, Surface
@@ -137,6 +142,21 @@ def test_sure_clearance_never_exceeds_the_distance(point, name):
         assert distance_and_gradient(field.values, field.origin, field.spacing, *point[0])[1:] == (
             0.0, 0.0, 0.0
         )
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    st.tuples(*3 * [st.floats(-0.3, 0.3)]), st.tuples(*3 * [st.floats(-1.0, 1.0)]),
+    st.sampled_from(sorted(SHAPES)),
+)
+def test_nothing_touches_before_it_has_gone_its_way(point, direction, name):
+    """Along any line the looked-up distance is positive as far as was told."""
+    field = field_of(name)
+    point, direction = np.array(point), np.add(direction, [1e-3, 0, 0])
+    way = way_to_touch(look_up(field, point[None])[0], field.spacing)
+    along = np.linspace(0, 0.999 * way, 20)[:, None] * direction / np.linalg.norm(direction)
+    if way > 0:
+        assert look_up(field, point + along).min() > 0
 
 
 def test_distance_is_continuous_over_the_sides_of_the_grid(shape):

@@ -6,12 +6,17 @@ from simcore.compiled import compiled
 
 
 @compiled
-def distance_at(values, origin, spacing, x, y, z):
-    """Return the signed distance at a point [m].
+def distance_and_gradient(values, origin, spacing, x, y, z):
+    """Return the signed distance at a point [m] and its gradient (d, gx, gy, gz).
 
-    Inside the grid it is trilinear between the nodes. Outside, with c the nearest point of the
-    grid's box, it is √(‖x − c‖² + φ(c)²): continuous, and as the solid lies in the box, which is
-    convex, not greater than the true distance where φ(c) is not.
+    Inside the grid it is trilinear between the nodes, and the gradient is the exact derivative of
+    the interpolant, so that a force along it, −K(d) ∇d, is that of a potential and gives back the
+    energy it took. Its length is about 1 but not exactly; for a direction alone, as of friction,
+    divide by it.
+
+    Outside, with c the nearest point of the grid's box, the distance is √(‖x − c‖² + φ(c)²):
+    continuous, and as the solid lies in the box, which is convex, not greater than the true one
+    where φ(c) is not. The gradient is given as zero: nothing touches there.
 
     Parameters
     ----------
@@ -24,47 +29,13 @@ def distance_at(values, origin, spacing, x, y, z):
     x, y, z : float
         [m], in the frame of the grid.
     """
+    nx, ny, nz = values.shape
     u, v, w = (x - origin[0]) / spacing, (y - origin[1]) / spacing, (z - origin[2]) / spacing
-    a = min(max(u, 0.0), values.shape[0] - 1.0)
-    b = min(max(v, 0.0), values.shape[1] - 1.0)
-    c = min(max(w, 0.0), values.shape[2] - 1.0)
-    i = min(int(a), values.shape[0] - 2)
-    j = min(int(b), values.shape[1] - 2)
-    k = min(int(c), values.shape[2] - 2)
+    a = min(max(u, 0.0), nx - 1.0)
+    b = min(max(v, 0.0), ny - 1.0)
+    c = min(max(w, 0.0), nz - 1.0)
+    i, j, k = min(int(a), nx - 2), min(int(b), ny - 2), min(int(c), nz - 2)
     r, s, t = a - i, b - j, c - k
-    d00 = values[i, j, k] + t * (values[i, j, k + 1] - values[i, j, k])
-    d01 = values[i, j + 1, k] + t * (values[i, j + 1, k + 1] - values[i, j + 1, k])
-    d10 = values[i + 1, j, k] + t * (values[i + 1, j, k + 1] - values[i + 1, j, k])
-    d11 = values[i + 1, j + 1, k] + t * (values[i + 1, j + 1, k + 1] - values[i + 1, j + 1, k])
-    d0 = d00 + s * (d01 - d00)
-    d1 = d10 + s * (d11 - d10)
-    distance = d0 + r * (d1 - d0)
-    if u != a or v != b or w != c:
-        outside = spacing * spacing * ((u - a) ** 2 + (v - b) ** 2 + (w - c) ** 2)
-        return np.sqrt(outside + distance * distance)
-    return distance
-
-
-@compiled
-def distance_and_gradient(values, origin, spacing, x, y, z):
-    """Return the signed distance at a point [m] and its gradient (d, gx, gy, gz).
-
-    The gradient is the exact derivative of the interpolant, so that a force along it, −K(d) ∇d, is
-    that of a potential and gives back the energy it took. Its length is about 1 but not exactly;
-    for a direction alone, as of friction, divide by it. Outside the grid, where nothing
-    touches, it is zero. Parameters as in `distance_at`.
-    """
-    per_spacing = 1.0 / spacing
-    u = (x - origin[0]) * per_spacing
-    v = (y - origin[1]) * per_spacing
-    w = (z - origin[2]) * per_spacing
-    if (min(u, v, w) < 0.0 or u > values.shape[0] - 1.0 or v > values.shape[1] - 1.0
-            or w > values.shape[2] - 1.0):
-        return distance_at(values, origin, spacing, x, y, z), 0.0, 0.0, 0.0
-    i = min(int(u), values.shape[0] - 2)
-    j = min(int(v), values.shape[1] - 2)
-    k = min(int(w), values.shape[2] - 2)
-    r, s, t = u - i, v - j, w - k
     v000, v001 = values[i, j, k], values[i, j, k + 1]
     v010, v011 = values[i, j + 1, k], values[i, j + 1, k + 1]
     v100, v101 = values[i + 1, j, k], values[i + 1, j, k + 1]
@@ -74,8 +45,18 @@ def distance_and_gradient(values, origin, spacing, x, y, z):
     y0, y1 = d01 - d00, d11 - d10
     d0, d1 = d00 + s * y0, d10 + s * y1
     z0, z1 = z00 + s * (z01 - z00), z10 + s * (z11 - z10)
-    return (d0 + r * (d1 - d0), (d1 - d0) * per_spacing, (y0 + r * (y1 - y0)) * per_spacing,
-            (z0 + r * (z1 - z0)) * per_spacing)
+    distance = d0 + r * (d1 - d0)
+    if u != a or v != b or w != c:
+        outside = spacing * spacing * ((u - a) ** 2 + (v - b) ** 2 + (w - c) ** 2)
+        return np.sqrt(outside + distance * distance), 0.0, 0.0, 0.0
+    return (distance, (d1 - d0) / spacing, (y0 + r * (y1 - y0)) / spacing,
+            (z0 + r * (z1 - z0)) / spacing)
+
+
+@compiled
+def distance_at(values, origin, spacing, x, y, z):
+    """Return the signed distance at a point [m], as `distance_and_gradient` has it."""
+    return distance_and_gradient(values, origin, spacing, x, y, z)[0]
 
 
 @compiled
@@ -91,3 +72,12 @@ def seen_from(rotation, position, points, i):
 def sure_clearance(distance, spacing):
     """Return how far away the solid is at least [m], from a looked-up distance (Eq. D3)."""
     return np.sqrt(max(distance * abs(distance) - 0.75 * spacing * spacing, 0.0))
+
+
+@compiled
+def way_to_touch(distance, spacing):
+    """Return how far a point must go at least until its looked-up distance is zero [m].
+
+    Nodes differ by no more than they lie apart, so that ‖∇φ_h‖ ≤ √3; far away Eq. D3 knows more.
+    """
+    return max(sure_clearance(distance, spacing), distance / np.sqrt(3.0))

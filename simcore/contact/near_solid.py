@@ -1,22 +1,21 @@
-"""Which skin vertices are near a rigid solid, kept until something may have come near unseen."""
+"""Which skin vertices are near a solid, kept until another may have come so near unseen."""
 
 import numpy as np
 
 from simcore.compiled import compiled
-from simcore.contact.distance_lookup import distance_at, seen_from, sure_clearance
-from simcore.contact.neighbours import motion_bound, nearest_by_segment, write_relative
+from simcore.contact.distance_lookup import distance_at, seen_from, way_to_touch
+from simcore.contact.segment_motion import motion_bound, skin_speeds, write_relative
 
-REACHES = (0.03, 0.008)
-"""Vertices nearer to the solid than the first are looked at again when a segment has moved by what
-is left of the second; nearer than that they are listed [m]. Tuned for time, without effect on the
-result."""
+OUTER_REACH = 0.03
+"""Vertices nearer to the solid than this are looked at when the list is made anew [m]."""
 
-UNSEEN = 0.004
-"""So near a vertex never comes without being listed [m]: an impact at 0.4 m/s in 10 ms."""
+INNER_REACH, HEADWAY = 0.001, 4.0
+"""Listed is what is nearer than this [m] and so many times the way that the fastest skin makes
+in the time looked ahead. Tuned for time, as is `OUTER_REACH`, without effect on the result."""
 
 
 class NearSolid:
-    """The list of the skin vertices that may touch a solid, in two tiers.
+    """The list of the skin vertices that may touch a solid, or will within a time, in two tiers.
 
     Parameters
     ----------
@@ -41,95 +40,141 @@ class NearSolid:
         count = len(influence_offsets) - 1
         skin = influence_offsets, influence_segment, segment_centre, segment_radius
         self._all = np.arange(count)
-        self._outer, self._inner = (
-            _Tier(reach, (values, origin, spacing), skin, count) for reach in REACHES
-        )
+        self._balls = skin[2:]
+        field = values, origin, spacing
+        self._outer, self._inner = _Tier(field, skin), _Tier(field, skin)
+        self._ways = np.empty(len(segment_radius))
         self.listed = self._all[:0]
         self.rebuilds = 0
 
-    def update(self, rotations, positions, device, pose, vertices) -> None:
-        """Make the list valid for the present poses; parameters as of `Neighbours.update`."""
-        at = rotations, positions, device.rotation, device.position
-        around = self._outer.moved(*at)
-        if around:
-            self._outer.look(self._all, *at, pose, vertices)
-            self.rebuilds += 1
-        if around or self._inner.moved(*at):
-            self._inner.look(self._outer.near, *at, pose, vertices)
-            self.listed = self._inner.near
+    def update(self, segments, device, lag: float, pose, vertices: np.ndarray) -> None:
+        """Make the list valid for the present poses, and for a time from now.
 
-    def clearance(self, rotations, positions, device) -> np.ndarray:
-        """Return how far the skin of each segment is from the solid at least (m,) [m]."""
-        return self._outer.clearance_by_segment(
-            rotations, positions, device.rotation, device.position
+        Parameters
+        ----------
+        segments : SegmentViews
+            After forward kinematics with velocities.
+        device : DeviceState
+        lag : float
+            No skin vertex that would touch within this time, as it moves now, is left out [s].
+        pose : callable
+            Writes given skin vertices into `vertices`.
+        vertices : (n, 3) float64
+            Skin in the world, where posed [m].
+        """
+        at = segments.rotations, segments.positions, device.rotation, device.position
+        inner, outer = self._inner, self._outer
+        outer_stale, inner_stale = _stale(
+            *at, segments.velocities, device.linear_velocity, device.angular_velocity,
+            *self._balls, lag, outer.pose, outer.allowance, inner.pose, inner.allowance,
+            self._ways,
         )
+        if outer_stale:
+            ahead = float(self._ways.max()) if lag else 0.0
+            outer.look(self._all, at, OUTER_REACH + HEADWAY * ahead, pose, vertices)
+            self.rebuilds += 1
+        if outer_stale or inner_stale:
+            ahead = float(self._ways[outer.used].max(initial=0.0))
+            inner.look(outer.near, at, INNER_REACH + HEADWAY * ahead, pose, vertices)
+            self.listed = inner.near
+
+    def speed_and_clearance(self, segments, device) -> tuple[np.ndarray, np.ndarray]:
+        """Return of the skin of each segment (m,), relative to the solid:
+
+        how fast it is at most [m/s], and how far away at least [m].
+        """
+        outer, clearance = self._outer, np.empty(len(self._ways))
+        _speed_and_clearance(
+            segments.rotations, segments.positions, device.rotation, device.position,
+            segments.velocities, device.linear_velocity, device.angular_velocity, *self._balls,
+            outer.pose, outer.clearance, self._ways, clearance,
+        )
+        return self._ways, clearance
 
 
 class _Tier:
-    """The vertices within a reach [m], until another may have come as near as `UNSEEN`."""
+    """The vertices within a reach, until another may touch."""
 
-    def __init__(self, reach: float, field: tuple, skin: tuple, count: int):
-        self._reach, self._field = reach, field
-        self._influences, self._balls = skin[:2], skin[2:]
-        segments = len(self._balls[1])
-        self._clearance = np.empty(count)
-        self._pose = np.zeros((segments, 3, 4))
-        self._allowance = np.full(segments, -1.0)
-        self._clearance_then = np.zeros(segments)
+    def __init__(self, field: tuple, skin: tuple):
+        self._field, self._influences = field, skin[:2]
+        segments = len(skin[3])
+        self.pose = np.zeros((segments, 3, 4))
+        self.allowance = np.full(segments, -1.0)
+        self.clearance = np.zeros(segments)
+        self.used = np.zeros(segments, bool)
         self.near = np.empty(0, np.int64)
 
-    def moved(self, rotations, positions, rotation, position) -> bool:
-        """Return whether any segment's skin may have moved beyond its allowance."""
-        return _moved(
-            rotations, positions, rotation, position, *self._balls, self._pose, self._allowance
-        )
+    def look(self, among: np.ndarray, at: tuple, reach: float, pose, vertices) -> None:
+        """Look up the distance of some vertices; those left out must be far for other reasons.
 
-    def look(self, among, rotations, positions, rotation, position, pose, vertices) -> None:
-        """Look up the distance of some vertices; those left out must be far for other reasons."""
+        `allowance` is how far each segment's skin may then move until a vertex that is not near
+        touches [m], `used` whether it has one that is.
+        """
         pose(among)
-        self._clearance[:] = np.inf
-        _look_up(among, vertices, rotation, position, *self._field, self._clearance)
-        self.near = among[self._clearance[among] < self._reach]
-        write_relative(rotations, positions, rotation, position, self._pose)
-        nearest, used = nearest_by_segment(
-            *self._influences, self._clearance, self.near, len(rotations)
+        self.near = _look(
+            among, vertices, *at[2:], *self._field, *self._influences, reach,
+            self.clearance, self.used,
         )
-        self._allowance = np.where(used, self._reach, np.maximum(nearest, self._reach)) - UNSEEN
-        self._clearance_then = np.where(used, 0.0, nearest)
-
-    def clearance_by_segment(self, rotations, positions, rotation, position) -> np.ndarray:
-        """Return how far from the solid the skin of each segment is at least (m,) [m]."""
-        found = np.empty(len(rotations))
-        _clearance(
-            rotations, positions, rotation, position, *self._balls, self._pose,
-            self._clearance_then, found,
-        )
-        return found
+        write_relative(*at, self.pose)
+        self.allowance = np.where(self.used, reach, np.maximum(self.clearance, reach))
+        self.clearance[self.used] = 0.0
 
 
 @compiled
-def _moved(rotations, positions, rotation, position, centre, radius, pose, allowance):
-    """Return whether any segment's skin may have moved beyond its allowance."""
+def _stale(
+    rotations, positions, rotation, position, velocities, linear_velocity, turn, centre, radius,
+    lag, outer_pose, outer_allowance, inner_pose, inner_allowance, ways,
+):
+    """Return whether skin that is not near, and not listed, may have moved so far as to touch.
+
+    Or will within the lag; writes how far each segment's skin goes in that time (m,) [m].
+    """
     now = np.empty((rotations.shape[0], 3, 4))
     write_relative(rotations, positions, rotation, position, now)
+    skin_speeds(
+        rotations, positions, velocities, position, linear_velocity, turn, centre, radius, ways)
+    outer = inner = False
     for j in range(now.shape[0]):
-        if motion_bound(now[j], pose[j], centre[j], radius[j]) > allowance[j]:
-            return True
-    return False
+        ways[j] *= lag
+        since = motion_bound(now[j], outer_pose[j], centre[j], radius[j])
+        outer = outer or since + ways[j] > outer_allowance[j]
+        since = motion_bound(now[j], inner_pose[j], centre[j], radius[j])
+        inner = inner or since + ways[j] > inner_allowance[j]
+    return outer, inner
 
 
 @compiled
-def _clearance(rotations, positions, rotation, position, centre, radius, pose, then, found):
-    """Write what each segment's motion since has left of its clearance then (m,) [m]."""
+def _speed_and_clearance(
+    rotations, positions, rotation, position, velocities, linear_velocity, turn, centre, radius,
+    pose, then, speed, clearance,
+):
+    """Write each segment's speed, and what its motion since has left of its clearance then."""
     now = np.empty((rotations.shape[0], 3, 4))
     write_relative(rotations, positions, rotation, position, now)
+    skin_speeds(
+        rotations, positions, velocities, position, linear_velocity, turn, centre, radius, speed)
     for j in range(now.shape[0]):
-        found[j] = max(then[j] - motion_bound(now[j], pose[j], centre[j], radius[j]), 0.0)
+        since = motion_bound(now[j], pose[j], centre[j], radius[j])
+        clearance[j] = max(then[j] - since, 0.0)
 
 
 @compiled
-def _look_up(among, vertices, rotation, position, values, origin, spacing, clearance):
-    """Write a lower bound of the distance of some vertices (n, 3) from the solid [m]."""
+def _look(
+    among, vertices, rotation, position, values, origin, spacing, offsets, segments, reach,
+    nearest, used,
+):
+    """Return the vertices within reach; write each segment's least way, and if it has any."""
+    nearest[:] = np.inf
+    used[:] = False
+    near, count = np.empty(among.size, np.int64), 0
     for i in among:
         x, y, z = seen_from(rotation, position, vertices, i)
-        clearance[i] = sure_clearance(distance_at(values, origin, spacing, x, y, z), spacing)
+        found = way_to_touch(distance_at(values, origin, spacing, x, y, z), spacing)
+        if found < reach:
+            near[count] = i
+            count += 1
+        for e in range(offsets[i], offsets[i + 1]):
+            j = segments[e]
+            nearest[j] = min(nearest[j], found)
+            used[j] = used[j] or found < reach
+    return near[:count].copy()

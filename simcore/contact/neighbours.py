@@ -16,6 +16,7 @@ from simcore.contact.neighbour_grid import (
     near_pairs,
     to_device,
 )
+from simcore.contact.segment_motion import motion_bound, write_relative
 
 OUTER_SLACK, INNER_SLACK = 0.005, 0.001
 """Motion that each list allows before it is made again [m]; tuned for time, without effect on
@@ -157,22 +158,6 @@ class Neighbours:
 
 
 @compiled
-def write_relative(rotations, positions, rotation, position, out):
-    """Write each segment's pose in the device frame as [R | x]."""
-    for j in range(out.shape[0]):
-        for a in range(3):
-            shift = 0.0
-            for c in range(3):
-                shift += rotation[c, a] * (positions[j, c] - position[c])
-            out[j, a, 3] = shift
-            for b in range(3):
-                total = 0.0
-                for c in range(3):
-                    total += rotation[c, a] * rotations[j, c, b]
-                out[j, a, b] = total
-
-
-@compiled
 def _used_up(
     rotations, positions, rotation, position, centre, radius, outer_pose, outer_allowance,
     inner_pose, inner_allowance,
@@ -187,24 +172,6 @@ def _used_up(
         if motion_bound(now[j], inner_pose[j], centre[j], radius[j]) > inner_allowance[j]:
             inner = True
     return False, inner
-
-
-@compiled
-def motion_bound(now, then, centre, radius):
-    """Return a bound of how far any point of a ball has moved between two poses [m].
-
-    |ΔR c + Δx| + ‖ΔR‖₂ r, where ‖ΔR‖₂ = ‖ΔR‖_F / √2 for a difference of rotations.
-    """
-    shift = 0.0
-    frobenius = 0.0
-    for a in range(3):
-        d = now[a, 3] - then[a, 3]
-        for b in range(3):
-            r = now[a, b] - then[a, b]
-            d += r * centre[b]
-            frobenius += r * r
-        shift += d * d
-    return np.sqrt(shift) + np.sqrt(frobenius / 2) * radius
 
 
 @compiled

@@ -1,8 +1,9 @@
-"""Contact forces as a recorder adds them up: normal, tangential, and what of it slips."""
+"""Contact forces as a recorder adds them up: normal, tangential, what of it slips, and where."""
 
 import numpy as np
 
 from simcore.compiled import compiled
+from simcore.contact.distance_lookup import seen_from
 
 # ASSUME: friction of a sheet is a mean over sub-steps, some of which stick; 1 % takes those in that
 # slip all the same.
@@ -46,3 +47,29 @@ def add_parts(
         if square >= limit * limit:
             slipping += duration * normal
     return slipping if friction >= 0.0 else np.nan
+
+
+@compiled
+def moved_on_mat(pressed, points, rotation, position, step, place):
+    """Return those of the pressed points that have moved on a device since they were last told.
+
+    Parameters
+    ----------
+    pressed : (p,) int64
+    points : (n, 3) float64
+        World, where pressed [m].
+    rotation, position
+        Of the device.
+    step : float
+        Along any axis; who moves by less has not [m].
+    place : (n, 3) float64
+        Where each was, device frame [m]; overwritten where it has moved.
+    """
+    moved, count = np.empty(pressed.size, np.int64), 0
+    for i in pressed:
+        x, y, z = seen_from(rotation, position, points, i)
+        if not max(abs(x - place[i, 0]), abs(y - place[i, 1]), abs(z - place[i, 2])) <= step:
+            place[i, 0], place[i, 1], place[i, 2] = x, y, z
+            moved[count] = i
+            count += 1
+    return moved[:count].copy()

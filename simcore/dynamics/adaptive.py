@@ -4,9 +4,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from simcore.compiled import compiled
-from simcore.dynamics.pinocchio_views import SegmentViews
-
 
 class StepLadder:
     """Chooses each step from a longest one and its halves, quarters …
@@ -56,46 +53,3 @@ class StepLadder:
         while ticks > 1 and (now % ticks or ticks * self.tick > allowed):
             ticks //= 2
         return ticks
-
-
-def skin_speed(
-    segments: SegmentViews, device, centre: np.ndarray, radius: np.ndarray
-) -> np.ndarray:
-    """Return a bound of the speed of each segment's skin relative to the device (m,) [m/s].
-
-    That of the middle of a ball around the skin, and what turning adds at its surface.
-
-    Parameters
-    ----------
-    segments : SegmentViews
-        After forward kinematics with velocities.
-    device : simcore.device.motion.DeviceState
-    centre, radius : (m, 3), (m,) float64
-        Of the ball, in the segment's frame [m].
-    """
-    speed = np.empty(len(radius))
-    _skin_speed(
-        segments.rotations, segments.positions, segments.velocities, device.position,
-        device.linear_velocity, device.angular_velocity, centre, radius, speed,
-    )
-    return speed
-
-
-@compiled
-def _skin_speed(
-    rotations, positions, velocities, origin, linear_velocity, turn, centre, radius, speed
-):
-    spin, at, moving = np.empty(3), np.empty(3), np.empty(3)
-    for j in range(radius.size):
-        c, v = centre[j], velocities[j]
-        local = (v[0] + v[4] * c[2] - v[5] * c[1], v[1] + v[5] * c[0] - v[3] * c[2],
-                 v[2] + v[3] * c[1] - v[4] * c[0])
-        for a in range(3):
-            row = rotations[j, a]
-            at[a] = row[0] * c[0] + row[1] * c[1] + row[2] * c[2] + positions[j, a] - origin[a]
-            moving[a] = row[0] * local[0] + row[1] * local[1] + row[2] * local[2]
-            spin[a] = row[0] * v[3] + row[1] * v[4] + row[2] * v[5] - turn[a]
-        moving[0] -= linear_velocity[0] + turn[1] * at[2] - turn[2] * at[1]
-        moving[1] -= linear_velocity[1] + turn[2] * at[0] - turn[0] * at[2]
-        moving[2] -= linear_velocity[2] + turn[0] * at[1] - turn[1] * at[0]
-        speed[j] = np.sqrt((moving * moving).sum()) + radius[j] * np.sqrt((spin * spin).sum())

@@ -1,0 +1,76 @@
+"""Bounds of where the skin of a segment may go: between two poses, and as it moves now."""
+
+import numpy as np
+
+from simcore.compiled import compiled
+
+
+@compiled
+def write_relative(rotations, positions, rotation, position, out):
+    """Write each segment's pose in the device frame as [R | x]."""
+    for j in range(out.shape[0]):
+        for a in range(3):
+            shift = 0.0
+            for c in range(3):
+                shift += rotation[c, a] * (positions[j, c] - position[c])
+            out[j, a, 3] = shift
+            for b in range(3):
+                total = 0.0
+                for c in range(3):
+                    total += rotation[c, a] * rotations[j, c, b]
+                out[j, a, b] = total
+
+
+@compiled
+def motion_bound(now, then, centre, radius):
+    """Return a bound of how far any point of a ball has moved between two poses [m].
+
+    |ΔR c + Δx| + ‖ΔR‖₂ r, where ‖ΔR‖₂ = ‖ΔR‖_F / √2 for a difference of rotations.
+    """
+    shift = 0.0
+    frobenius = 0.0
+    for a in range(3):
+        d = now[a, 3] - then[a, 3]
+        for b in range(3):
+            r = now[a, b] - then[a, b]
+            d += r * centre[b]
+            frobenius += r * r
+        shift += d * d
+    return np.sqrt(shift) + np.sqrt(frobenius / 2) * radius
+
+
+@compiled
+def skin_speeds(
+    rotations, positions, velocities, origin, linear_velocity, turn, centre, radius, speed
+):
+    """Write a bound of the speed of each segment's skin relative to a device (m,) [m/s].
+
+    That of the middle of a ball around the skin, and what turning adds at its surface.
+
+    Parameters
+    ----------
+    rotations : (m, 3, 3), positions : (m, 3) float64
+        Segment frames in the world [m].
+    velocities : (m, 6) float64
+        Linear and angular velocity in the segment's own axes [m/s, rad/s].
+    origin, linear_velocity, turn : (3,) float64
+        Of the device, world axes [m, m/s, rad/s].
+    centre, radius : (m, 3), (m,) float64
+        Of the ball, in the segment's frame [m].
+    """
+    spin, at, moving = np.empty(3), np.empty(3), np.empty(3)
+    for j in range(radius.size):
+        c, v = centre[j], velocities[j]
+        local = (v[0] + v[4] * c[2] - v[5] * c[1], v[1] + v[5] * c[0] - v[3] * c[2],
+                 v[2] + v[3] * c[1] - v[4] * c[0])
+        for a in range(3):
+            row = rotations[j, a]
+            at[a] = row[0] * c[0] + row[1] * c[1] + row[2] * c[2] + positions[j, a] - origin[a]
+            moving[a] = row[0] * local[0] + row[1] * local[1] + row[2] * local[2]
+            spin[a] = row[0] * v[3] + row[1] * v[4] + row[2] * v[5] - turn[a]
+        moving[0] -= linear_velocity[0] + turn[1] * at[2] - turn[2] * at[1]
+        moving[1] -= linear_velocity[1] + turn[2] * at[0] - turn[0] * at[2]
+        moving[2] -= linear_velocity[2] + turn[0] * at[1] - turn[1] * at[0]
+        size = moving[0] * moving[0] + moving[1] * moving[1] + moving[2] * moving[2]
+        spins = spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2]
+        speed[j] = np.sqrt(size) + radius[j] * np.sqrt(spins)
