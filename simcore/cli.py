@@ -126,11 +126,11 @@ def simulate(
         return now
 
     with bar:
-        figures, frames, trajectory = run_candidate(candidate, loaded.root, told("simulating"))
+        figures, run, trajectory = run_candidate(candidate, loaded.root, told("simulating"))
         checked = certify and certificate.certify(candidate, figures, loaded.root, told)
     if out:
         kept = figures.merge(checked) if certify else figures
-        write_dataset(candidate_dataset(candidate, kept, frames), out)
+        write_dataset(candidate_dataset(candidate, kept, run), out)
     _print_figures(figures, trajectory)
     if certify:
         _print_certificate(figures, checked)

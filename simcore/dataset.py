@@ -2,25 +2,23 @@
 
 import json
 import os
+import shlex
 from pathlib import Path
 
 import netCDF4
 import numpy as np
 import xarray as xr
-from scipy.spatial.transform import Rotation
 
 from simcore.body.regions import REGION_NAMES
-from simcore.body.segments import SEGMENT_NAMES
 from simcore.config import Candidate, Design, Study
 from simcore.config.units import units_of_key
-from simcore.energy import TERMS
 from simcore.errors import DesignError
+from simcore.frames import PACKED
 from simcore.limits.margins import COMPARATIVE, bounds, margin
 from simcore.metrics import JOINTS, METRICS
 from simcore.provenance import simulation_digest, versions
-from simcore.recorder import Trajectory
 
-SCHEMA = 3
+SCHEMA = 4
 """Version of the file layout; `open_dataset` refuses others."""
 
 ABOUT = ("title", "study", "comment")
@@ -28,24 +26,11 @@ ABOUT = ("title", "study", "comment")
 
 CONVENTIONS = "CF-1.11"
 
-TRAJECTORY = {
-    "q": (("time", "q_index"), "1", "configuration: root [m], quaternions x y z w, angles [rad]"),
-    "v": (("time", "v_index"), "1", "velocity [m/s, rad/s]"),
-    "device_position": (("time", "xyz"), "m", "origin of the frame of device or spreader bar"),
-    "device_quaternion": (("time", "xyzw"), "1", "that frame to the world, x y z w"),
-    "displacement": (("time",), "m", "how far the body has moved on what carries it"),
-    "support_force": (("time", "xyz"), "N", "force that carries body and sheet, world axes"),
-    "segment_force": (("time", "segment", "xyz"), "N", "contact force on each segment, world axes"),
-    "contact_count": (("time",), "1", "points of device, skin or sheet in contact"),
-    "depth_max": (("time",), "m", "deepest penetration within the frame"),
-    "energy": (("time", "energy_term"), "J", "energies, and flows of energy since the start"),
-    "mat_pressure": (
-        ("time", "mat_x", "mat_y"), "Pa", "reading of a sensor mat on what carries the body"
-    ),
-    "sheet_position": (("time", "sheet_vertex", "xyz"), "m", "vertices of the sheet"),
-    "strap_force": (("time", "strap", "xyz"), "N", "on the sheet from each strap, world axes"),
-}
-"""Dimensions, unit and meaning of each recorded column."""
+KEPT, LEFT_OUT, NO_FRAMES = "kept", "left out", "none"
+"""Values of a candidate's attribute `frames`; a run that failed before the first has none."""
+
+COMPRESSED_MIN = 4096
+"""Smaller variables are not compressed [bytes]: the chunks it takes would be larger than they."""
 
 
 def row(candidate: Candidate, status: str, reason: str, metrics: dict | None) -> xr.Dataset:
@@ -65,46 +50,35 @@ def row(candidate: Candidate, status: str, reason: str, metrics: dict | None) ->
     return ds
 
 
-def trajectory_dataset(trajectory: Trajectory, pressure: np.ndarray) -> xr.Dataset:
-    """Return the frames of a run; pressure (T, n) [Pa] only of skin vertices that were touched."""
-    touched = np.flatnonzero(pressure.max(axis=0) > 0)
-    columns = {name: getattr(trajectory, name, None) for name in TRAJECTORY}
-    columns["device_quaternion"] = Rotation.from_matrix(trajectory.device_rotation).as_quat()
-    ds = xr.Dataset(
-        coords={
-            "time": ("time", trajectory.time, {"units": "s", "long_name": "time after settling"}),
-            "segment": list(SEGMENT_NAMES),
-            "xyz": list("xyz"),
-            "energy_term": list(TERMS),
-            "skin_vertex": touched.astype(np.int32),
-        }
-    )
-    for axis, meaning in (("mat_x", "along the mat, towards the feet"), ("mat_y", "to the left")):
-        ds[axis] = (axis, getattr(trajectory, axis), {"units": "m", "long_name": meaning})
-    for name, (dims, units, long_name) in TRAJECTORY.items():
-        if columns[name] is not None:  # a rigid device has no sheet
-            ds[name] = (dims, columns[name], {"units": units, "long_name": long_name})
-    ds["skin_pressure"] = (
-        ("time", "skin_vertex"),
-        pressure[:, touched].astype(np.float32),
-        {
-            "units": "Pa",
-            "long_name": "pressure over a sensor cell around each vertex, mean over the frame",
-        },
-    )
-    return ds
-
-
 def candidate_dataset(
-    candidate: Candidate, figures: xr.Dataset, frames: xr.Dataset | None
+    candidate: Candidate, figures: xr.Dataset, run: xr.Dataset | None, keep_frames: bool = True
 ) -> xr.Dataset:
-    """Return a candidate's figures, its frames if there are any, and what it was made from."""
-    ds = figures if frames is None else xr.merge([figures, frames])
+    """Return a candidate's figures, its run if there is any, and what it was made from.
+
+    Parameters
+    ----------
+    candidate : Candidate
+    figures : xr.Dataset
+        From `row`.
+    run : xr.Dataset, optional
+        From `simcore.frames.trajectory_dataset`.
+    keep_frames : bool
+        Without them the summary of the run is left.
+    """
+    if run is not None and not keep_frames:
+        run = run.drop_dims("time")
+        run = run.drop_vars(set(run.coords) - set(_dimensions(run.data_vars.values())))
+    ds = figures if run is None else xr.merge([figures, run])
     ds.attrs = _provenance() | {
         "design": candidate.design.model_dump_json(),
         "place_in_study": json.dumps(candidate.coordinates),
+        "frames": NO_FRAMES if run is None else KEPT if keep_frames else LEFT_OUT,
     }
     return ds
+
+
+def _dimensions(variables) -> list[str]:
+    return [dim for variable in variables for dim in variable.dims]
 
 
 def candidate_path(folder: Path, candidate: Candidate) -> Path:
@@ -112,14 +86,26 @@ def candidate_path(folder: Path, candidate: Candidate) -> Path:
     return folder / f"{candidate.id}.nc"
 
 
-def has_current_result(folder: Path, candidate: Candidate) -> bool:
-    """Return whether folder/ID.nc was made by the present code."""
+def has_current_result(folder: Path, candidate: Candidate, with_frames: bool = False) -> bool:
+    """Return whether folder/ID.nc was made by the present code, and has its frames if asked for."""
+    told = _attributes(candidate_path(folder, candidate), "source_digest", "frames")
+    current = told.get("source_digest") == simulation_digest()
+    return current and not (with_frames and told.get("frames") == LEFT_OUT)
+
+
+def has_frames(path: Path) -> bool:
+    """Return whether a candidate's file holds the frames of its run."""
+    return _attributes(path, "frames").get("frames") == KEPT
+
+
+def _attributes(path: Path, *names: str) -> dict:
+    """Return some attributes of a file; none if there is no file, or it is not NetCDF."""
     try:
         # Not by xarray, which takes ten times as long; there may be thousands of files to ask.
-        with netCDF4.Dataset(candidate_path(folder, candidate)) as file:
-            return getattr(file, "source_digest", None) == simulation_digest()
-    except OSError:  # none yet, or not NetCDF
-        return False
+        with netCDF4.Dataset(path) as file:
+            return {name: getattr(file, name, None) for name in names}
+    except OSError:
+        return {}
 
 
 def read_row(folder: Path, candidate: Candidate) -> xr.Dataset:
@@ -234,7 +220,7 @@ def open_dataset(path: Path, older: bool = False) -> xr.Dataset:
             f"{path}: schema {ds.attrs.get('schema', 'unknown')}, this version reads {SCHEMA}; "
             "run the sweep again"
         )
-    return ds
+    return ds.transpose("time", ..., missing_dims="ignore")
 
 
 def open_results(path: Path | str, **place) -> xr.Dataset:
@@ -262,7 +248,46 @@ def open_results(path: Path | str, **place) -> xr.Dataset:
     chosen = ds["candidate"].sel(place).squeeze()
     if chosen.ndim:
         raise DesignError(f"{path}: several candidates; add {', '.join(chosen.dims)}")
-    return open_dataset(file.parent / "candidates" / f"{chosen.item()}.nc")
+    run = open_dataset(file.parent / "candidates" / f"{chosen.item()}.nc")
+    refuse_without_frames(run, file.parent / "candidates" / f"{chosen.item()}.nc")
+    return run
+
+
+def refuse_without_frames(run: xr.Dataset, path: Path) -> None:
+    """Raise where a candidate's file holds no frames; the message says how to get them."""
+    told = run.attrs.get("frames", KEPT)
+    if told == NO_FRAMES:
+        reason = run["reason"].item()
+        raise DesignError(f"{path}: holds no frames: the run failed before it began ({reason})")
+    if told == LEFT_OUT:
+        place = json.loads(run.attrs["place_in_study"])
+        raise DesignError(
+            f"{path}: holds no frames, which a sweep of many candidates keeps of few; "
+            + _how_to_keep(path, place)
+        )
+
+
+def _how_to_keep(path: Path, place: dict) -> str:
+    """Return what to do for the frames of a candidate, given its place in its study."""
+    if "variant" in place:
+        return "set `trajectories: all` in the study and sweep again"
+    folder = path.resolve().parent
+    study = folder.parent.name if folder.name == "candidates" else "STUDY"
+    return f"to have them: {simulate_command(study, place)}"
+
+
+def simulate_command(study: str, coordinates: dict) -> str:
+    """Return the shell command that simulates one candidate of a study again."""
+    words = ["simcore", "simulate", f"config/{study}.yaml"]
+    for name, value in coordinates.items():
+        words += ["--set", f"{name}={_plain(value)}"]
+    return shlex.join([*words, "--out", "run.nc"])
+
+
+def _plain(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:.12g}" if isinstance(value, float) else str(value)
 
 
 def design_of(ds: xr.Dataset) -> Design:
@@ -271,17 +296,18 @@ def design_of(ds: xr.Dataset) -> Design:
 
 
 def write_dataset(ds: xr.Dataset, path: Path) -> None:
-    """Write compressed NetCDF so that `path` is either the whole file or untouched."""
+    """Write NetCDF, packed and compressed, so that `path` is either the whole file or untouched.
+
+    Time is the last dimension there: what hardly changes from frame to frame compresses best so.
+    """
     ds = ds.drop_encoding()  # of files read before: it would cut texts to the length of the first
+    ds = ds.transpose(..., "time", missing_dims="ignore")
     encoding = {
-        name: {"zlib": True, "complevel": 4}
+        name: _packing(name, variable.values)
+        | ({"zlib": True, "complevel": 4} if variable.nbytes > COMPRESSED_MIN else {})
         for name, variable in ds.variables.items()
         if variable.ndim and variable.dtype.kind in "fiu"
     }
-    for name in {"skin_pressure", "mat_pressure", "sheet_position"} & encoding.keys():
-        # 9 bits of mantissa, 1 in 1000: far below what any sensor resolves, and halves the file;
-        # a millimetre in a metre of sheet.
-        encoding[name] |= {"significant_digits": 9, "quantize_mode": "BitRound"}
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.name}.{os.getpid()}")
     try:
@@ -289,6 +315,17 @@ def write_dataset(ds: xr.Dataset, path: Path) -> None:
         partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def _packing(name: str, values: np.ndarray) -> dict:
+    """Return how a variable is written as integers; larger steps where the usual end too soon."""
+    largest = float(np.abs(values).max(initial=0.0)) if name in PACKED else np.nan
+    if not np.isfinite(largest):
+        return {}
+    kind, step = PACKED[name]
+    most = np.iinfo(kind).max  # stands for a missing value
+    step = np.float32(max(step, largest / (most - 1)))
+    return {"dtype": kind, "scale_factor": step, "_FillValue": most}
 
 
 def _provenance() -> dict:

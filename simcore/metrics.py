@@ -86,6 +86,18 @@ def skin_pressure(scene: Scene, trajectory: Trajectory) -> np.ndarray:
     return sensor_cells(scene).pressure(trajectory.normal_force)
 
 
+def supported_frames(time: np.ndarray, fall_time: float) -> np.ndarray:
+    """Return flags (T,) of the frames that peaks are taken over: up to the fall, if any (NaN)."""
+    end = time[-1] if np.isnan(fall_time) else fall_time
+    # A fall before the device moved leaves only the settling to judge.
+    return (time <= end) & (time >= 0) if end >= 0 else time <= end
+
+
+def rest_frames(supported_time: np.ndarray) -> np.ndarray:
+    """Return flags of the last half second of the times (k,) [s] of supported frames."""
+    return supported_time >= supported_time[-1] - REST_WINDOW
+
+
 def compute_metrics(scene: Scene, trajectory: Trajectory, pressure: np.ndarray) -> dict:
     """Return every metric by name: floats, and arrays over regions and joints.
 
@@ -100,9 +112,7 @@ def compute_metrics(scene: Scene, trajectory: Trajectory, pressure: np.ndarray) 
     fallen = np.flatnonzero(trajectory.displacement > FALL_DISPLACEMENT)
     fell = len(fallen) > 0
     end = fallen[0] if fell else len(time) - 1
-    supported = np.arange(len(time)) <= end
-    if time[end] >= 0:  # a fall before the device moved leaves only the settling to judge
-        supported &= time >= 0
+    supported = supported_frames(time, time[end])
     rest = slice(np.searchsorted(time, time[end] - REST_WINDOW), end + 1)
     rests = not fell and trajectory.status == "ok"
 

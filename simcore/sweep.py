@@ -14,11 +14,11 @@ from simcore.dataset import (
     has_current_result,
     read_row,
     row,
-    trajectory_dataset,
     write_dataset,
 )
 from simcore.errors import SimulationError
-from simcore.metrics import compute_metrics, skin_pressure
+from simcore.frames import trajectory_dataset
+from simcore.metrics import METRICS, compute_metrics, skin_pressure
 from simcore.recorder import Trajectory
 from simcore.scene import build_scene
 from simcore.simulate import Progress, simulate
@@ -31,20 +31,67 @@ def simulate_missing(
 ) -> list[xr.Dataset]:
     """Return the figures of candidates, simulating those that the present code has not yet.
 
-    `report` is told each candidate that was simulated, as soon as its result is on the disk.
+    Also those whose frames were left out, if the study wants the frames of all. `report` is told
+    each candidate that was simulated, as soon as its result is on the disk.
     """
     folder = study.folder / "candidates"
     rows = []
     for candidate in candidates:
-        missing = not has_current_result(folder, candidate)
-        if missing:
-            figures, frames, _ = run_candidate(candidate, study.root)
-            ds = candidate_dataset(candidate, figures, frames)
-            write_dataset(ds, candidate_path(folder, candidate))
-        rows.append(read_row(folder, candidate))
-        if missing and report:
+        if _is_done(study, candidate):
+            rows.append(read_row(folder, candidate))
+            continue
+        rows.append(_simulate_and_keep(study, candidate, study.keeps_frames))
+        if report:
             report(candidate, rows[-1])
     return rows
+
+
+def simulate_again(
+    study: Study, names: list[str], report: Callable[[Candidate, int, int], None] | None = None
+) -> None:
+    """Add frames to the candidates of these ids that were left without.
+
+    `report` is told each that was simulated again, its number, and how many there are.
+
+    Raises
+    ------
+    RuntimeError
+        A figure came out otherwise than before: a bug.
+    """
+    folder = study.folder / "candidates"
+    by_name = {each.id: each for each in reversed(study.candidates)}
+    wanted = [
+        by_name[name] for name in names
+        if not has_current_result(folder, by_name[name], with_frames=True)
+    ]  # fmt: skip
+    for number, candidate in enumerate(wanted, 1):
+        _simulate_and_keep(study, candidate, keep_frames=True)
+        if report:
+            report(candidate, number, len(wanted))
+
+
+def _simulate_and_keep(study: Study, candidate: Candidate, keep_frames: bool) -> xr.Dataset:
+    """Simulate a candidate and write its file; return its figures."""
+    folder = study.folder / "candidates"
+    figures, run, _ = run_candidate(candidate, study.root)
+    if has_current_result(folder, candidate):  # simulated again for its frames
+        before = read_row(folder, candidate)
+        _refuse_changes(candidate, before, figures)
+        figures = before  # the time it took is the one that the dataset tells
+    ds = candidate_dataset(candidate, figures, run, keep_frames)
+    write_dataset(ds, candidate_path(folder, candidate))
+    return figures
+
+
+def _refuse_changes(candidate: Candidate, before: xr.Dataset, after: xr.Dataset) -> None:
+    """Raise where the figures of two runs of a candidate differ in any bit."""
+    for name in (*METRICS, "status", "reason"):
+        if name != "cpu_time" and not before[name].equals(after[name]):
+            raise RuntimeError(
+                f"candidate {candidate.id}: simulated again for its frames, its {name} was "
+                f"{after[name].values} instead of {before[name].values}; where neither processor "
+                "nor packages have changed, this is a bug"
+            )
 
 
 @dataclass(frozen=True)
@@ -85,7 +132,7 @@ class Count:
 def begin_count(study: Study) -> None:
     """Note when the jobs start, and which candidates and variants have a current result then."""
     folder = study.folder / "candidates"
-    done = [each.id for each in study.runs if has_current_result(folder, each)]
+    done = [each.id for each in study.runs if _is_done(study, each)]
     folder.mkdir(parents=True, exist_ok=True)
     lines = [f"began {time.time():.3f}", *(f"{each} kept" for each in done)]
     _count_file(study).write_text("".join(f"{line}\n" for line in lines), encoding="ascii")
@@ -111,6 +158,11 @@ def _duration(seconds: float) -> str:
     return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 
 
+def _is_done(study: Study, candidate: Candidate) -> bool:
+    wants_frames = study.file.trajectories == "all"
+    return has_current_result(study.folder / "candidates", candidate, with_frames=wants_frames)
+
+
 def _count_file(study: Study) -> Path:
     return study.folder / "candidates" / "done.txt"
 
@@ -118,9 +170,9 @@ def _count_file(study: Study) -> Path:
 def run_candidate(
     candidate: Candidate, root: Path, progress: Progress | None = None
 ) -> tuple[xr.Dataset, xr.Dataset | None, Trajectory | None]:
-    """Simulate one candidate; return its figures, its frames and its trajectory.
+    """Simulate one candidate; return its figures, its run (`simcore.frames`) and its trajectory.
 
-    The frames are None where it failed before the first one.
+    The run is None where it failed before the first frame.
     """
     try:
         scene = build_scene(candidate.design, candidate.coordinates["body"], root)
@@ -131,7 +183,8 @@ def run_candidate(
     # The figures of a run that broke off would look like those of one that went well.
     metrics = compute_metrics(scene, trajectory, pressure) if trajectory.status == "ok" else None
     figures = row(candidate, trajectory.status, trajectory.reason, metrics)
-    return figures, trajectory_dataset(trajectory, pressure), trajectory
+    run = trajectory_dataset(trajectory, pressure, figures["fall_time"].item())
+    return figures, run, trajectory
 
 
 def describe_row(candidate: Candidate, figures: xr.Dataset) -> str:

@@ -12,7 +12,8 @@ from scipy.spatial.transform import Rotation
 from simcore.body import build_body
 from simcore.config import BodyDesign, Design, Method, Posture, read_design
 from simcore.config.designs import read_device
-from simcore.dataset import candidate_dataset, row, trajectory_dataset, write_dataset
+from simcore.dataset import candidate_dataset, row, write_dataset
+from simcore.frames import trajectory_dataset
 from simcore.sheet.hanging import build_straps
 from simcore.sheet.net import build_net
 
@@ -54,7 +55,7 @@ def make_run(path: Path, kind: str = "robotic_lift", count: int = 9, start: floa
         sheet = (flat + wave * [0.1, 0.2, 1]).astype(np.float32)
         straps = rng.normal(size=(count, len(build_straps(net, design.device.hanging).names), 3))
     trajectory = SimpleNamespace(
-        time=time, q=q, v=np.tile(way, (count, 1)),
+        time=time, q=q,
         device_rotation=Rotation.from_rotvec(np.outer(time, [0, 0.3, 2])).as_matrix(),
         device_position=np.outer(time, [0.1, 0, 0.5]), displacement=0.01 * (time - start),
         support_force=rng.normal(size=(count, 3)), segment_force=rng.normal(size=(count, 18, 3)),
@@ -71,7 +72,8 @@ def make_run(path: Path, kind: str = "robotic_lift", count: int = 9, start: floa
         told["fall_time"] = time[-2]
     write_dataset(
         candidate_dataset(
-            candidate, row(candidate, "ok", "", told), trajectory_dataset(trajectory, pressure)
+            candidate, row(candidate, "ok", "", told),
+            trajectory_dataset(trajectory, pressure, told["fall_time"]),
         ),
         path,
     )

@@ -6,13 +6,8 @@ import numpy as np
 from report_studies import BODIES, figures, make_study
 
 from simcore.config import Study
-from simcore.dataset import (
-    candidate_dataset,
-    candidate_path,
-    row,
-    trajectory_dataset,
-    write_dataset,
-)
+from simcore.dataset import candidate_dataset, candidate_path, row, write_dataset
+from simcore.frames import trajectory_dataset
 from simcore.recorder import Trajectory
 from simcore.scene import build_scene
 
@@ -51,15 +46,21 @@ def still(scene) -> tuple[Trajectory, np.ndarray]:
     return trajectory, pressure
 
 
-def simulate_still(folder, outcome, **options) -> tuple[Study, Path]:
-    """Return a study and its dataset; every candidate has a run that is `still`."""
+def simulate_still(folder, outcome, frames=True, **options) -> tuple[Study, Path]:
+    """Return a study and its dataset; every candidate has a run that is `still`.
+
+    With its frames, or their summary alone.
+    """
     study, dataset = make_study(folder, outcome, **{"bodies": BODIES[:1]} | options)
     for candidate in study.candidates:
         scene = build_scene(candidate.design, candidate.coordinates["body"], folder)
         trajectory, pressure = still(scene)
         told = row(candidate, "ok", "", figures(outcome(candidate.coordinates), bool(scene.sling)))
         write_dataset(
-            candidate_dataset(candidate, told, trajectory_dataset(trajectory, pressure)),
+            candidate_dataset(
+                candidate, told,
+                trajectory_dataset(trajectory, pressure, told["fall_time"].item()), frames,
+            ),
             candidate_path(study.folder / "candidates", candidate),
         )
     return study, dataset

@@ -14,10 +14,11 @@ SIBLINGS = ("body", "device", "contact", "dynamics", "sheet")
 FOUNDATION = {"errors", "cache", "compiled", "config"}
 JOINTS = ("scene", "skin_contact", "joint_torque", "interaction", "sling_contact",
           "sling_interaction", "recorder", "simulate", "joint_metrics", "region_metrics", "metrics",
-          "dataset", "sweep", "certificate", "validation", "export", "viewer", "report", "cli")
+          "frames", "dataset", "sweep", "certificate", "validation", "export", "viewer", "report",
+          "cli")
 """What joins the rooms below, in the direction of the data: each may import those before it."""
 
-JOIN_DATASETS = ("dataset.py", "sweep.py", "certificate.py")
+JOIN_DATASETS = ("frames.py", "dataset.py", "sweep.py", "certificate.py")
 
 
 SHARED = ("energy", "limits", "pressure", "pressure_scale", "provenance")

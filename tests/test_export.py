@@ -186,7 +186,8 @@ def test_colours_are_linear_and_on_the_scale_it_tells(runs, glbs):
 def test_peak_pressure_leaves_out_settling_and_what_follows_a_fall(tmp_path):
     run = open_recording(make_run(tmp_path / "fell.nc", margin=-0.2))
     expected = run.column("skin_pressure")[2:8].max(axis=0)  # 0 s to the fall, a frame before last
-    assert np.array_equal(run.pressure_peak[run.frames["skin_vertex"].values], expected)
+    peak = run.pressure_peak[run.frames["skin_vertex"].values]
+    assert np.abs(peak - expected).max() <= 25.01  # frames are kept to half a step of 50 Pa
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -251,7 +252,7 @@ def test_joint_quaternions_are_pinocchios(runs):
     import pinocchio as pin
 
     run = runs["robotic_lift"]
-    q = run.column("q")[5]
+    q = pin.normalize(run.body.model, run.column("q")[5])  # single precision has unit norm to 1e-7
     data = run.body.model.createData()
     pin.forwardKinematics(run.body.model, data, q)
     turns = Rotation.from_quat(joint_quaternions(run.body, q[None])[0]).as_matrix()

@@ -3,7 +3,7 @@
 import pytest
 from report_studies import BODIES, SLING, make_dataset
 
-from simcore.report.candidates import simulate_command
+from simcore.dataset import simulate_command
 from simcore.report.equations import equations_of
 from simcore.report.exemplars import choose_exemplars
 from simcore.report.findings import best_sentence, body_findings, headline
@@ -177,9 +177,8 @@ def test_units_as_a_designer_reads_them(tmp_path):
     assert path_value(("pelvis_m",), [0.2, 0, 0.5]) == "(200, 0, 500) mm"
 
 
-def test_command_reproduces_a_candidate(tmp_path):
-    ds = make_dataset(tmp_path, lambda place: 0.5, axes="{support_angle_deg: [0, 0.1]}")
-    assert simulate_command(ds, {"body": "x y", "support_angle_deg": 0.1}) == (
+def test_command_reproduces_a_candidate():
+    assert simulate_command("made_up", {"body": "x y", "support_angle_deg": 0.1}) == (
         "simcore simulate config/made_up.yaml --set 'body=x y' --set support_angle_deg=0.1 "
         "--out run.nc"
     )
@@ -231,7 +230,7 @@ def test_devices_are_an_axis_of_names(tmp_path):
     assert headline(ds).endswith("pressed least at device robotic_lift, with a peak of 12.0 kPa.")
     assert {each.coordinates["device"] for each in choose_exemplars(ds)} == set(pressed)
     assert len(choose_exemplars(ds)) == 4
-    assert "--set device=robotic_lift" in simulate_command(ds, best_design(ds))
+    assert "--set device=robotic_lift" in simulate_command("made_up", best_design(ds))
     tables = {table.title: dict(row[:2] for row in table.rows) for table in tables_of(ds)}
     assert "Bed of sling_reclined" in tables and "Device of robotic_lift" in tables
     parts = [part for part, _, _ in equations_of(ds)]

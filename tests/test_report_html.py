@@ -162,7 +162,7 @@ def test_straps_are_drawn_from_sheet_to_hooks_and_the_bar_between_those(hung):
     (candidate,) = hung.study.candidates
     path = candidate_path(hung.study.folder / "candidates", candidate)
     run = read_run(path, hung.study.root)
-    meshes = sling_meshes(run, 0, (1.0, 0.0, 0.0))
+    meshes = sling_meshes(run, "start", (1.0, 0.0, 0.0))
 
     def ends(colour):
         """Both ends of every tube of a colour: its last two vertices."""

@@ -14,7 +14,8 @@ from tiny_project import ROOT, STUDY, make_project, write_yaml
 
 from simcore.config import load_study
 from simcore.config.yaml_file import read_yaml
-from simcore.dataset import open_dataset
+from simcore.dataset import has_frames, open_dataset
+from simcore.report.replays import names_shown
 
 BIN = Path(sys.executable).parent
 
@@ -125,6 +126,34 @@ def test_life_of_a_sweep(project):
     assert again.keys() == three.keys()
     assert all(again[name] != three[name] for name in three)
     assert open_dataset(dataset).source_digest != old
+
+
+def test_a_large_sweep_ends_with_the_frames_of_what_is_shown(project, request):
+    source = project.folder / "simcore" / "config" / "study.py"
+    text = source.read_text(encoding="utf-8")
+    few = text.replace("FRAMES_KEPT_MAX = 40", "FRAMES_KEPT_MAX = 2")
+    assert few != text
+    project.write_study("many", STUDY.replace("[0, 7]", "[0, 1, 2, 3, 5, 7, 9]"))
+    source.write_text(few, encoding="utf-8")
+    request.addfinalizer(lambda: source.write_text(text, encoding="utf-8"))
+    lines = project.sweep("many", report=True)
+    folder = project.folder / "results" / "many"
+    shown = names_shown(open_dataset(folder / "dataset.nc"))
+    kept = {path.stem for path in (folder / "candidates").glob("*.nc") if has_frames(path)}
+    assert kept == set(shown) and 2 <= len(kept) < 7
+    again = [line for line in lines if line.endswith("simulated again, to be shown")]
+    assert [line.split()[0] for line in again] == [
+        f"{number}/{len(shown)}" for number in range(1, len(shown) + 1)
+    ]
+    assert len(lines) == 7 + len(shown)
+    report = (folder / "report.html").read_text(encoding="utf-8")
+    assert all(f'id="replay-run-{name}"' in report for name in shown)
+    assert "No picture" not in report
+
+    # Again: nothing.
+    first = project.results("many")
+    assert project.sweep("many", report=True) == []
+    assert project.results("many") == first
 
 
 def test_failures_are_rows(project):

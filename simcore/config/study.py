@@ -32,6 +32,9 @@ from simcore.errors import DesignError
 EXPOSURE = 300.0
 """How long a patient is carried, unless the study says otherwise [s]."""
 
+FRAMES_KEPT_MAX = 40
+"""Candidates of a study whose frames are all kept: as many as its report replays."""
+
 CANDIDATES_MAX = 100_000
 """Most candidates of one study; a slip of a step would otherwise fill the memory."""
 
@@ -156,6 +159,11 @@ class StudyFile(Strict):
         Field(description="how long a patient is carried: the time for which pressures are "
               "compared with limits; changes no simulation"),
     ] = EXPOSURE
+    trajectories: Annotated[
+        Literal["exemplars", "all"],
+        Field(description="candidates whose frames are kept: those that the report shows "
+              f"(of a study of up to {FRAMES_KEPT_MAX}, every one), or all"),
+    ] = "exemplars"
     candidates_per_job: Annotated[
         Annotated[int, Field(ge=1), Whole] | None,
         Field(description="candidates that one process simulates; none: chosen"),
@@ -231,6 +239,11 @@ class Study:
     def runs(self) -> tuple[Candidate, ...]:
         """All that is simulated: the candidates, then the variants."""
         return self.candidates + self.variant_runs
+
+    @property
+    def keeps_frames(self) -> bool:
+        """Whether what is simulated is kept frame by frame; else its exemplars are run again."""
+        return self.file.trajectories == "all" or len(self.candidates) <= FRAMES_KEPT_MAX
 
     @property
     def folder(self) -> Path:

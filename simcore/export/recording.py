@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from simcore.body.build import Body, build_body
 from simcore.config import Design
 from simcore.config.sling_lift import EdgeAttachment
-from simcore.dataset import design_of, open_dataset
+from simcore.dataset import design_of, open_dataset, refuse_without_frames
 from simcore.device.build import build_surface
 from simcore.device.surface import Surface
 from simcore.errors import DesignError
@@ -36,7 +36,7 @@ class Recording:
     net, straps : Net, Straps or None
         The sheet and what it hangs by, if there is one.
     frames : xarray.Dataset
-        Figures and trajectory (docs/dataset.md).
+        Figures, summary and frames (docs/dataset.md).
     """
 
     name: str
@@ -63,21 +63,20 @@ class Recording:
         return joint_quaternions(self.body, self.column("q"))
 
     @property
-    def pressure_peak(self) -> np.ndarray:
-        """Highest pressure on each skin vertex (n,) [Pa] while supported, as simcore.metrics."""
-        peak = np.zeros(self.body.skin.vertex_count)
-        held = self.column("skin_pressure")[self.supported]
-        peak[self.frames["skin_vertex"].values] = held.max(axis=0, initial=0.0)
-        return peak
+    def has_frames(self) -> bool:
+        """Whether the file holds frames, and not their summary alone."""
+        return "time" in self.frames.dims
 
     @property
-    def supported(self) -> np.ndarray:
-        """Flags (T,) of the frames over which simcore.metrics takes the peak pressure."""
-        fall = self.frames["fall_time"].item()
-        end = fall if np.isfinite(fall) else self.time[-1]
-        supported = self.time <= end
-        # A fall before the device moved leaves only the settling.
-        return supported & (self.time >= 0) if end >= 0 else supported
+    def pressure_peak(self) -> np.ndarray:
+        """Highest pressure on each skin vertex (n,) [Pa] while supported."""
+        return self.on_skin("skin_pressure_peak")
+
+    def on_skin(self, name: str) -> np.ndarray:
+        """Return a variable of the touched vertices on all of the skin (n,)."""
+        values = np.zeros(self.body.skin.vertex_count)
+        values[self.frames["skin_vertex"].values] = self.frames[name].values
+        return values
 
     @property
     def strap_ends(self) -> np.ndarray:
@@ -118,7 +117,9 @@ class Recording:
         return np.array([*poles, *arms], dtype=float).reshape(-1, 2, 3)
 
 
-def open_recording(path: Path, root: Path | None = None) -> Recording:
+def open_recording(
+    path: Path, root: Path | None = None, need_frames: bool = True
+) -> Recording:
     """Open a run that `simcore simulate --out` or a sweep wrote.
 
     Parameters
@@ -127,6 +128,8 @@ def open_recording(path: Path, root: Path | None = None) -> Recording:
     root : Path, optional
         Mesh files of devices are sought under it; by default under the nearest folder above the
         file that holds `designs`, else under the working folder.
+    need_frames : bool
+        Refuse a file that holds the summary of a run alone.
 
     Raises
     ------
@@ -139,10 +142,8 @@ def open_recording(path: Path, root: Path | None = None) -> Recording:
         raise DesignError(
             f"{path}: is the table of a study; accepted: one run, as candidates/ID.nc beside it"
         )
-    if "q" not in frames:
-        raise DesignError(
-            f"{path}: holds no frames: the run failed before it began ({frames['reason'].item()})"
-        )
+    if need_frames or "moment" not in frames.dims:
+        refuse_without_frames(frames, path)
     try:
         design = design_of(frames)
     except ValidationError:

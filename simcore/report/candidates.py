@@ -1,12 +1,12 @@
 """Dataset → what the page tells of each candidate when it is selected."""
 
 import json
-import shlex
 
 import numpy as np
 import xarray as xr
 from markupsafe import Markup
 
+from simcore.dataset import simulate_command
 from simcore.report.certificates import doubt_of
 from simcore.report.findings import fall_reason
 from simcore.report.limits import MARGIN, ROUNDING, limits_of
@@ -38,7 +38,7 @@ def candidates_of(ds: xr.Dataset) -> list[dict]:
                 "mark": MARKS[verdict],
                 "why": fall_reason(figures),
                 "doubt": doubt_of(figures),
-                "command": simulate_command(ds, coordinates),
+                "command": simulate_command(ds.attrs.get("study", "STUDY"), coordinates),
                 "figures": [
                     (QUANTITIES[name].title, QUANTITIES[name].text(figures[name].item()))
                     for name in scalars if np.isfinite(figures[name].item())
@@ -57,25 +57,9 @@ def as_data(content: object) -> Markup:
     return Markup(json.dumps(content, separators=(",", ":")).replace("<", "\\u003c"))
 
 
-def simulate_command(ds: xr.Dataset, coordinates: dict) -> str:
-    """Return the shell command that simulates one candidate of the study again."""
-    settings = [f"{name}={_plain(value)}" for name, value in coordinates.items()]
-    study = f"config/{ds.attrs.get('study', 'STUDY')}.yaml"
-    words = ["simcore", "simulate", study]
-    for setting in settings:
-        words += ["--set", setting]
-    return shlex.join([*words, "--out", "run.nc"])
-
-
 def _margin(limit, index: tuple[int, ...]) -> tuple:
     value = float(limit.margin.values[index])
     over = value < -ROUNDING
     # Over it by little is not over it by nothing.
     text = MARGIN.text(value) if not over or value < -0.005 else number_text(float(f"{value:.1g}"))
     return limit.title, limit.value, text, round(value, 4), limit.worst_part(index), over
-
-
-def _plain(value: object) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    return f"{value:.12g}" if isinstance(value, float) else str(value)

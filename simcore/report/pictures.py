@@ -109,11 +109,11 @@ def _scene_camera(runs: list[Run]) -> Camera:
     """Return the camera that sees every run's first and last frame."""
     points, turns = [], []
     for run in runs:
-        for frame in (0, run.last):
-            skin, *others = (mesh.vertices for mesh in _meshes(run, frame))
-            lowest = run.rigid(frame)[:, 2].min() - FALL_SHOWN
+        for moment in ("start", "end"):
+            skin, *others = (mesh.vertices for mesh in _meshes(run, moment))
+            lowest = run.rigid(moment)[:, 2].min() - FALL_SHOWN
             points += [*others, skin[skin[:, 2] > lowest]]
-        start, end = (run.moved(frame).rotation[:, 0] for frame in (0, run.last))
+        start, end = (run.moved(moment).rotation[:, 0] for moment in ("start", "end"))
         turns.append((np.arctan2(start[1], start[0]), np.arctan2(end[1], end[0])))
     start, end = np.mean(turns, axis=0)
     turned = np.angle(np.exp(1j * (end - start)))
@@ -139,19 +139,20 @@ def _pressed_body(run: Run) -> np.ndarray:
 
     On a rigid lift as it sat at the start; in a sling as it hung at the end of its support.
     """
-    frame = run.at_end[-1] if run.net else 0
-    state = run.moved(frame)
-    return (run.skin(frame) - state.position) @ state.rotation
+    hung = "fall" if run.fell else "end"
+    moment = hung if run.net else "start"
+    state = run.moved(moment)
+    return (run.skin(moment) - state.position) @ state.rotation
 
 
-def _meshes(run: Run, frame: int) -> list[Mesh]:
-    """Return what is seen of a frame, the body first."""
+def _meshes(run: Run, moment: str) -> list[Mesh]:
+    """Return what is seen at a moment, the body first."""
     if run.net:
-        return sling_meshes(run, frame, SKIN_COLOUR)
+        return sling_meshes(run, moment, SKIN_COLOUR)
     return [
-        Mesh(run.skin(frame), run.body.skin.faces,
+        Mesh(run.skin(moment), run.body.skin.faces,
              np.tile(SKIN_COLOUR, (run.body.skin.vertex_count, 1))),
-        Mesh(run.rigid(frame), run.surface.faces,
+        Mesh(run.rigid(moment), run.surface.faces,
              np.tile(DEVICE_COLOUR, (len(run.surface.vertices), 1))),
     ]
 
@@ -159,11 +160,11 @@ def _meshes(run: Run, frame: int) -> list[Mesh]:
 def _pictures(
     run: Run, scene_camera: Camera, body_cameras: dict[str, Camera], scale: float
 ) -> tuple[Picture, ...]:
-    time = f"{run.time[run.last]:.2f} s".replace("-0.00", "0.00").replace("-", "−")
+    time = f"{run.at('end', 'time').item():.2f} s".replace("-0.00", "0.00").replace("-", "−")
     word = "Shortly after the fall" if run.fell else "Last frame"
     seen = "body, sheet, straps, bar and bed" if run.net else "body and device"
     still = Picture(
-        _data_address(render(_meshes(run, run.last), scene_camera)), word, time,
+        _data_address(render(_meshes(run, "end"), scene_camera)), word, time,
         f"{word}, {time}: {seen} from the front",
     )
     maps = {"Peak": run.pressure_peak, "At the end": run.pressure_at_end}

@@ -1,10 +1,14 @@
 """Candidates' files → the replays that a report holds, and which two it begins with."""
 
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
+from simcore.dataset import has_frames
+from simcore.report.candidates import CANDIDATES_MAX
+from simcore.report.exemplars import choose_exemplars
 from simcore.report.quantities import axes_of, coordinates_at, place_text
 from simcore.report.runs import Run, read_run
 from simcore.report.verdicts import FELL, HELD, best_design, verdicts_of
@@ -31,8 +35,17 @@ def first_pair(ds: xr.Dataset) -> list[str]:
     pressed = row["peak_pressure"].where((verdicts == HELD) & others)
     for cost in (fallen, pressed):
         if cost.notnull().any():
-            return [first, row["candidate"].values.flat[np.nanargmax(cost.values)]]
+            return [first, str(row["candidate"].values.flat[np.nanargmax(cost.values)])]
     return [first]
+
+
+def names_shown(ds: xr.Dataset) -> list[str]:
+    """Return the names of the candidates whose frames a report asks for, each once.
+
+    The first pair, and the exemplars.
+    """
+    exemplars = (ds["candidate"].sel(each.coordinates).item() for each in choose_exemplars(ds))
+    return list(dict.fromkeys([*first_pair(ds), *exemplars]))
 
 
 def embed(
@@ -42,7 +55,7 @@ def embed(
     """Return the replays that fit.
 
     In this order until there is no more room, or there are `RUNS_MAX`: the candidates named
-    first, the exemplars, the others in the order of the study.
+    first, the exemplars, the others that can be selected, in the order of the study.
 
     Parameters
     ----------
@@ -63,9 +76,9 @@ def embed(
         names[index]: place_text(axes, coordinates_at(ds, index))
         for index in np.ndindex(names.shape)
     }
-    for name in dict.fromkeys([*first, *runs, *places]):
+    for name in dict.fromkeys([*first, *runs, *islice(places, CANDIDATES_MAX)]):
         run = runs[name] if name in runs else _kept(folder / f"{name}.nc", root)
-        if not isinstance(run, Run):
+        if not isinstance(run, Run) or not run.has_frames:
             continue
         if len(replays.runs) == RUNS_MAX or not replays.add(name, run, places[name], room):
             break
@@ -73,5 +86,5 @@ def embed(
 
 
 def _kept(path: Path, root: Path) -> Run | str:
-    """Return a candidate's run, or why there is none; a missing file is not asked for twice."""
-    return read_run(path, root) if path.is_file() else "missing"
+    """Return a candidate's run, or why there is none; a file without frames is not read."""
+    return read_run(path, root) if has_frames(path) else "no frames"

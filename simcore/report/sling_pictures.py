@@ -1,4 +1,4 @@
-"""A frame of a sling lift → meshes: bed, sheet, straps and spreader bar."""
+"""A moment of a sling lift → meshes: bed, sheet, straps and spreader bar."""
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -26,18 +26,18 @@ FLESH_REACH = 0.06
 """Skin farther than this from a vertex of the sheet is not pressed by it [m]."""
 
 
-def sling_meshes(run: Run, frame: int, skin_colour: tuple[float, float, float]) -> list[Mesh]:
-    """Return the meshes of a frame, the body first."""
-    sheet, net = run.sheet(frame), run.net
+def sling_meshes(run: Run, moment: str, skin_colour: tuple[float, float, float]) -> list[Mesh]:
+    """Return the meshes of a moment, the body first."""
+    sheet, net = run.sheet(moment), run.net
     normal = vertex_normals(sheet, net.faces)
-    state = run.moved(frame)
+    state = run.moved(moment)
     hooks, _ = bar_points(run.straps, state)
     bar = run.bar_tubes @ state.rotation.T + state.position
     straps = zip(run.straps.patch_centres(sheet), hooks, strict=True)
     return [
-        _mesh(press_skin(run.skin(frame), run.body.skin.faces, sheet, normal),
+        _mesh(press_skin(run.skin(moment), run.body.skin.faces, sheet, normal),
               run.body.skin.faces, skin_colour),
-        _mesh(run.rigid(frame), run.surface.faces, BED_COLOUR),
+        _mesh(run.rigid(moment), run.surface.faces, BED_COLOUR),
         _mattress(run.surface.vertices),
         *_two_sided(sheet, net.faces, normal),
         *(_tube(start, end, STRAP_RADIUS, STRAP_COLOUR) for start, end in straps),

@@ -11,5 +11,6 @@ rule simulate:
         study=STUDY.path,
         candidates=lambda job: [each.id for each in JOBS[job.job]],
         digest=simulation_digest(),
+        trajectories=STUDY.file.trajectories,
     script:
         "../scripts/simulate.py"

@@ -1,4 +1,4 @@
-# Rows → dataset → report.
+# Rows → dataset → frames of exemplars → report.
 
 
 rule dataset:
@@ -14,9 +14,23 @@ rule dataset:
         "../scripts/dataset.py"
 
 
+# Only now it is known which candidates are shown. A small study has kept their frames already.
+rule frames:
+    input:
+        study=STUDY.path,
+        dataset=f"{RESULTS}/dataset.nc",
+    output:
+        f"{RESULTS}/shown.txt",
+    params:
+        digest=presentation_digest(),
+    script:
+        "../scripts/frames.py"
+
+
 rule report:
     input:
         f"{RESULTS}/dataset.nc",
+        f"{RESULTS}/shown.txt",
     output:
         f"{RESULTS}/report.html",
     params:
