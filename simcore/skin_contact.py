@@ -15,6 +15,7 @@ from simcore.body.skin_listed import (
 )
 from simcore.contact.foundation import foundation_forces
 from simcore.contact.foundation_energy import foundation_energy, foundation_power
+from simcore.contact.layer import compliance
 from simcore.contact.near_solid import NearSolid
 from simcore.contact.neighbours import Neighbours
 from simcore.contact.penalty import penalty_forces
@@ -192,7 +193,8 @@ class FoundationContact(_OnSkin):
             *self._field, skin.influence_offsets, skin.influence_segment,
             *segment_balls(skin, len(SEGMENTS)),
         )
-        self._flesh = skin.vertex_area, *(_mattress_law if scene.sling else _flesh_law)(scene)
+        law = (_mattress_law if scene.sling else _flesh_law)(scene)
+        self._flesh = skin.vertex_area, skin.vertex_area / compliance(*law[:3]), *law
         carrier = scene.sling.bed if scene.sling else scene.method.contact
         self._friction = carrier.friction_coefficient
         self._depths, self._steepness = np.zeros((2, skin.vertex_count))
@@ -249,7 +251,7 @@ class FoundationContact(_OnSkin):
             pressed, *self._influences, segments.rotations, segments.positions, self._shown
         )
         return foundation_energy(
-            pressed, self._shown, *self._field, device.rotation, device.position, *self._flesh[:5],
+            pressed, self._shown, *self._field, device.rotation, device.position, *self._flesh[:6],
             self._anchor, self._closed,
         )
 

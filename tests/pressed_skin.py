@@ -4,6 +4,7 @@ import numpy as np
 
 from simcore.contact.foundation import foundation_forces
 from simcore.contact.foundation_energy import foundation_energy, foundation_power
+from simcore.contact.layer import compliance
 
 E, D, AREA = 5.0e4, 0.04, 2.0e-4
 
@@ -29,7 +30,9 @@ class Skin:
         self.rotation = np.eye(3) if rotation is None else rotation
         self.origin = np.array(origin, float)
         self.linear, self.turn = np.zeros(3), np.zeros(3)
-        self.tissue = np.full(self.n, AREA), np.full(self.n, E), np.full(self.n, D)
+        area = np.full(self.n, AREA)
+        tissue = np.full(self.n, E), np.full(self.n, D)
+        self.tissue = area, area / compliance(*tissue, give), *tissue
         self.damping, self.give = np.full(self.n, damping), give
         self.stiffening, self.friction = stiffening, friction
         self.anchor, self.closed = np.zeros((self.n, 3)), np.zeros(self.n, bool)
@@ -56,7 +59,7 @@ class Skin:
         """What the flesh holds where it is [J]."""
         return foundation_energy(
             np.arange(self.n), self.points, *self.field, self.rotation, self.origin,
-            *self.flesh[:5], self.anchor, self.closed,
+            *self.flesh[:6], self.anchor, self.closed,
         )
 
     def power(self, mean, lag, step):

@@ -80,7 +80,7 @@ def on_bed():
 def test_damping_is_that_of_both_in_a_slow_motion(on_bed):
     """Two dashpots in series with springs, pressed back and forth within a second."""
     contact, bed = FoundationContact(on_bed), on_bed.sling.bed
-    _, modulus, thickness, give, _, damping_time = contact._flesh
+    _, _, modulus, thickness, give, _, damping_time = contact._flesh
     i = int(on_bed.flesh.thickness.argmax())
     of_flesh, of_bed = modulus[i] / thickness[i], bed.pressure_stiffness_pa_per_m
     flesh_time = on_bed.method.contact.damping_time_s

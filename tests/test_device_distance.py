@@ -12,7 +12,6 @@ from scipy.spatial import cKDTree
 from simcore.config.robotic_lift import MeshSurface
 from simcore.contact.distance_lookup import (
     distance_and_gradient,
-    distance_at,
     sure_clearance,
     way_to_touch,
 )
@@ -31,6 +30,10 @@ def own_cache(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SIMCORE_CACHE", str(tmp_path_factory.mktemp("cache")))
         yield
+
+
+def distance_at(values, origin, spacing, x, y, z):
+    return distance_and_gradient(values, origin, spacing, x, y, z)[0]
 
 
 def look_up(field, points):

@@ -141,7 +141,7 @@ def test_a_block_that_bounces_gives_its_fall_to_the_flesh_and_back():
     lowest = (weight + np.sqrt(weight**2 + 2 * k * weight * fall)) / k
     assert energy[:, 2].max() == pytest.approx(k * lowest**2 / 2, rel=0.01)
     assert energy[:, 1].min() == pytest.approx(-weight * lowest, rel=0.01)
-    assert np.abs(energy[-1, 5:7]).max() == 0  # no heat, no friction
+    assert np.abs(energy[-1, 5:7]).max() < 1e-30  # no heat; of friction the rounding of a tie
     assert left[-1] < 2e-3 and left[-1] < left[0]
 
 

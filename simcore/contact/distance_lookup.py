@@ -30,7 +30,8 @@ def distance_and_gradient(values, origin, spacing, x, y, z):
         [m], in the frame of the grid.
     """
     nx, ny, nz = values.shape
-    u, v, w = (x - origin[0]) / spacing, (y - origin[1]) / spacing, (z - origin[2]) / spacing
+    per = 1.0 / spacing
+    u, v, w = per * (x - origin[0]), per * (y - origin[1]), per * (z - origin[2])
     a = min(max(u, 0.0), nx - 1.0)
     b = min(max(v, 0.0), ny - 1.0)
     c = min(max(w, 0.0), nz - 1.0)
@@ -49,14 +50,7 @@ def distance_and_gradient(values, origin, spacing, x, y, z):
     if u != a or v != b or w != c:
         outside = spacing * spacing * ((u - a) ** 2 + (v - b) ** 2 + (w - c) ** 2)
         return np.sqrt(outside + distance * distance), 0.0, 0.0, 0.0
-    return (distance, (d1 - d0) / spacing, (y0 + r * (y1 - y0)) / spacing,
-            (z0 + r * (z1 - z0)) / spacing)
-
-
-@compiled
-def distance_at(values, origin, spacing, x, y, z):
-    """Return the signed distance at a point [m], as `distance_and_gradient` has it."""
-    return distance_and_gradient(values, origin, spacing, x, y, z)[0]
+    return distance, per * (d1 - d0), per * (y0 + r * (y1 - y0)), per * (z0 + r * (z1 - z0))
 
 
 @compiled

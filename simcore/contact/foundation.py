@@ -10,7 +10,7 @@ from simcore.contact.layer import SHEAR_SHARE, pressure_and_slope
 @compiled
 def foundation_forces(
     listed, points, velocities, values, origin, spacing, rotation, position, linear_velocity,
-    turn, area, modulus, thickness, give, stiffening, damping_time, friction, lag, anchor,
+    turn, area, soft, modulus, thickness, give, stiffening, damping_time, friction, lag, anchor,
     closed, force, normal_force, normals, along, across, depths, steepness, sticks, stretch, slid,
 ):
     """Write the force of a solid on each listed skin vertex.
@@ -35,8 +35,8 @@ def foundation_forces(
         Distance φ in the frame of the solid (`simcore.contact.distance_lookup`).
     rotation, position, linear_velocity, turn
         Of that frame, and its angular velocity; world axes.
-    area, modulus, thickness, damping_time : (n,) float64
-        A [m²], E [Pa], D [m] and τ [s].
+    area, soft, modulus, thickness, damping_time : (n,) float64
+        A [m²], A p′(0) [N/m], E [Pa], D [m] and τ [s].
     give, stiffening
         Of `simcore.contact.layer.pressure_and_slope`.
     friction, lag : float
@@ -81,24 +81,26 @@ def foundation_forces(
             i, points, velocities, rotation, position, linear_velocity, turn)
         depth, rate = -distance, -(gx * u + gy * v + gz * w)
         depths[i] = depth
-        flesh = modulus[i], thickness[i], give, stiffening
-        soft = area[i] / (thickness[i] / modulus[i] + give)
         if depth > 0.0:
-            pressure, slope = pressure_and_slope(depth, *flesh)
+            pressure, slope = pressure_and_slope(
+                depth, modulus[i], thickness[i], give, stiffening)
             stiffness = area[i] * slope
             normal = area[i] * pressure + damping_time[i] * stiffness * rate
         else:
-            stiffness = soft
-            normal = soft * damping_time[i] * (rate + depth / lag) if lag > 0.0 else 0.0
+            stiffness = soft[i]
+            normal = stiffness * damping_time[i] * (rate + depth / lag) if lag > 0.0 else 0.0
         length = np.sqrt(gx * gx + gy * gy + gz * gz)
+        per_length = 1.0 / length
+        nx, ny, nz = per_length * gx, per_length * gy, per_length * gz
         if normal > 0.0 or depth > 0.0:
             pressed[pressed_count] = i
             pressed_count += 1
             steepness[i] = length
-            _turn(rotation, gx / length, gy / length, gz / length, i, normals)
+            _turn(rotation, nx, ny, nz, i, normals)
+        shear = SHEAR_SHARE * soft[i]
         if normal <= 0.0:
             if closed[i]:
-                slid[0] += 0.5 * SHEAR_SHARE * soft * (
+                slid[0] += 0.5 * shear * (
                     stretch[i, 0] ** 2 + stretch[i, 1] ** 2 + stretch[i, 2] ** 2)
             closed[i] = False
             continue
@@ -113,11 +115,11 @@ def foundation_forces(
             anchor[i, 0], anchor[i, 1], anchor[i, 2] = px, py, pz
             stretch[i, 0] = stretch[i, 1] = stretch[i, 2] = 0.0
         fx, fy, fz, cut, spent = _rub(
-            i, px, py, pz, u, v, w, gx / length, gy / length, gz / length, SHEAR_SHARE * soft,
-            damping_time[i], friction * normal_force[i], anchor, stretch,
+            i, px, py, pz, u, v, w, nx, ny, nz, shear, damping_time[i],
+            friction * normal_force[i], anchor, stretch,
         )
         slid[0] += spent
-        across[i] = cut * lag * SHEAR_SHARE * soft * (lag + damping_time[i])
+        across[i] = cut * lag * shear * (lag + damping_time[i])
         sticks[i] = cut == 1.0
         _turn(rotation, normal * gx + fx, normal * gy + fy, normal * gz + fz, i, force)
     return count, depth_max, deepest, pressed[:pressed_count].copy()

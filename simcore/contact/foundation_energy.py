@@ -12,8 +12,8 @@ from simcore.contact.layer import (
 
 @compiled
 def foundation_energy(
-    listed, points, values, origin, spacing, rotation, position, area, modulus, thickness, give,
-    stiffening, anchor, closed,
+    listed, points, values, origin, spacing, rotation, position, area, soft, modulus, thickness,
+    give, stiffening, anchor, closed,
 ):
     """Return the energy of pressed and sheared flesh [J], parameters as in `foundation_forces`.
 
@@ -31,14 +31,13 @@ def foundation_energy(
             out = gx * ex + gy * ey + gz * ez
             square = ex * ex + ey * ey + ez * ez - out * out / max(
                 gx * gx + gy * gy + gz * gz, 1e-12)
-            soft = area[i] / (thickness[i] / modulus[i] + give)
-            stored += 0.5 * SHEAR_SHARE * soft * square
+            stored += 0.5 * SHEAR_SHARE * soft[i] * square
     return stored
 
 
 @compiled
 def foundation_power(
-    pressed, points, before, mean, position, linear_velocity, turn, area, modulus, thickness,
+    pressed, points, before, mean, position, linear_velocity, turn, area, soft, modulus, thickness,
     give, stiffening, damping_time, lag, step, depths, steepness, normals, normal_force, sticks,
 ):
     """Return what flesh turns into heat [W], and the implicit part of its own laws [W].
@@ -81,7 +80,7 @@ def foundation_power(
         normal, normal_change = nx * u + ny * v + nz * w, nx * du + ny * dv + nz * dw
         # φ̇ and its change.
         out, change = steepness[i] * normal, steepness[i] * normal_change
-        soft, depth, tau = area[i] / (thickness[i] / modulus[i] + give), depths[i], damping_time[i]
+        depth, tau = depths[i], damping_time[i]
         spring_part, damper_part = 0.25 * step, 0.5 * tau
         if depth > 0.0:
             pressure, slope = pressure_and_slope(
@@ -93,10 +92,10 @@ def foundation_power(
             else:
                 heat += (area[i] * pressure - spring_part * stiffness * change) * out
         elif normal_force[i] > 0.0:
-            heat += soft * tau * (out - depth / lag) * out
-            implicit += damper_part * soft * change * out
+            heat += soft[i] * tau * (out - depth / lag) * out
+            implicit += damper_part * soft[i] * change * out
         if normal_force[i] > 0.0:
-            shear = SHEAR_SHARE * soft
+            shear = SHEAR_SHARE * soft[i]
             along = u * u + v * v + w * w - normal * normal
             along_change = u * du + v * dv + w * dw - normal * normal_change
             implicit += spring_part * shear * along_change

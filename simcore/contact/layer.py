@@ -14,6 +14,11 @@ SHEAR_SHARE = 1 / 3
 """
 
 
+def compliance(modulus: np.ndarray, thickness: np.ndarray, give: float) -> np.ndarray:
+    """Return 1/p′(0) = D/E + c of flesh and mattress (n,) [m/Pa], parameters as below."""
+    return thickness / modulus + give
+
+
 @compiled
 def pressure_and_slope(depth, modulus, thickness, give, stiffening):
     """Return the pressure p [Pa] at a depth d > 0 and its slope p′ [Pa/m].

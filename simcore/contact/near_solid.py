@@ -3,7 +3,7 @@
 import numpy as np
 
 from simcore.compiled import compiled
-from simcore.contact.distance_lookup import distance_at, seen_from, way_to_touch
+from simcore.contact.distance_lookup import distance_and_gradient, seen_from, way_to_touch
 from simcore.contact.segment_motion import motion_bound, skin_speeds, write_relative
 
 OUTER_REACH = 0.03
@@ -169,7 +169,8 @@ def _look(
     near, count = np.empty(among.size, np.int64), 0
     for i in among:
         x, y, z = seen_from(rotation, position, vertices, i)
-        found = way_to_touch(distance_at(values, origin, spacing, x, y, z), spacing)
+        phi, _, _, _ = distance_and_gradient(values, origin, spacing, x, y, z)
+        found = way_to_touch(phi, spacing)
         if found < reach:
             near[count] = i
             count += 1

@@ -63,9 +63,13 @@ class Motion:
         self._coefficients = np.moveaxis(spline.c, 0, -1).tolist()  # piece, coordinate, power
         self._translation_axis = _unit(program.translation_axis)
         self._rotation_axis = _unit(program.rotation_axis)
-        self._cross = np.cross(np.eye(3), self._rotation_axis)  # K with K x = axis × x
-        self._inclination = Rotation.from_rotvec([0, -support_angle, 0]).as_matrix()
-        self._pivot = self._inclination @ np.array(program.rotation_point_m)
+        # Rodrigues: 1 + sin α K + (1 − cos α) K², with K x = axis × x.
+        self._cross = np.cross(np.eye(3), self._rotation_axis)
+        square = self._cross @ self._cross
+        inclination = Rotation.from_rotvec([0, -support_angle, 0]).as_matrix()
+        pivot = inclination @ np.array(program.rotation_point_m)
+        self._rotation = inclination, self._cross @ inclination, square @ inclination
+        self._pivot = pivot, self._cross @ pivot, square @ pivot
         self._last: tuple[float, DeviceState] | None = None
         self.keyframe_times = tuple(times.tolist())
         self.duration = self.keyframe_times[-1]
@@ -83,14 +87,15 @@ class Motion:
         (translation, translation_rate), (angle, angle_rate) = (
             _horner(cubic, elapsed) for cubic in self._coefficients[piece]
         )
-        cross = self._cross
-        turn = np.eye(3) + sin(angle) * cross + (1 - cos(angle)) * cross @ cross  # Rodrigues
-        from_pivot = -turn @ self._pivot
+        sine, versine = sin(angle), 1 - cos(angle)
+        start, first, second = self._rotation
+        pivot, across, back = self._pivot
+        moved = sine * across + versine * back  # of the pivot, were it not held
         return DeviceState(
-            rotation=turn @ self._inclination,
-            position=translation * self._translation_axis + self._pivot + from_pivot,
+            rotation=start + sine * first + versine * second,
+            position=translation * self._translation_axis - moved,
             linear_velocity=translation_rate * self._translation_axis
-            + angle_rate * (cross @ from_pivot),
+            - angle_rate * (self._cross @ (pivot + moved)),
             angular_velocity=angle_rate * self._rotation_axis,
         )
 

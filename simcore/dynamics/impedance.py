@@ -99,20 +99,6 @@ def add_pair_impedance(pairs, points, normals, along, blocks):
 
 
 @compiled
-def _unpack(packed, blocks):
-    """Write blocks (m, m, 6, 6) in full."""
-    for j in range(packed.shape[0]):
-        for k in range(j, packed.shape[0]):
-            c = 0
-            for r in range(6):
-                for s in range(r, 6):
-                    value = packed[j, k, c]
-                    blocks[j, k, r, s] = blocks[j, k, s, r] = value
-                    blocks[k, j, r, s] = blocks[k, j, s, r] = value
-                    c += 1
-
-
-@compiled
 def project_blocks(packed, jacobian, parents, first_dof, dof_count, matrix):
     """Add Σ_jl J_jᵀ B_jl J_l to a matrix (nv, nv).
 
@@ -131,38 +117,59 @@ def project_blocks(packed, jacobian, parents, first_dof, dof_count, matrix):
     matrix : (nv, nv) float64
     """
     count = parents.size
-    blocks = np.empty((count, count, 6, 6))
-    _unpack(packed, blocks)
+    sums, used = np.empty((count, count, PACKED)), np.empty(count, np.bool_)
+    for j in range(count):
+        # What nothing touches has a zero on its diagonal, and so in its row.
+        used[j] = packed[j, j, 0] + packed[j, j, 6] + packed[j, j, 11] > 0.0
+        for k in range(j, count):
+            for c in range(PACKED):
+                sums[j, k, c] = sums[k, j, c] = packed[j, k, c]
     for j in range(count - 1, 0, -1):
-        p = parents[j]
-        for k in range(count):
-            for r in range(6):
-                for c in range(6):
-                    blocks[p, k, r, c] += blocks[j, k, r, c]
+        if used[j]:
+            p = parents[j]
+            used[p] = True
+            for k in range(count):
+                for c in range(PACKED):
+                    sums[p, k, c] += sums[j, k, c]
     for j in range(count - 1, 0, -1):
-        p = parents[j]
-        for k in range(count):
-            for r in range(6):
-                for c in range(6):
-                    blocks[k, p, r, c] += blocks[k, j, r, c]
-    half = np.empty((6, 3))
+        if used[j]:
+            p = parents[j]
+            for k in range(p + 1):  # of the rest, the upper half is all that is read
+                for c in range(PACKED):
+                    sums[k, p, c] += sums[k, j, c]
+    block = np.empty((6, 6))
     for j in range(count):
         for k in range(j, count):
-            first = first_dof[k]
-            # Joints of six degrees take two rounds.
-            for start in range(first, first + dof_count[k], 3):
-                width = min(3, first + dof_count[k] - start)
-                for r in range(6):
-                    for c in range(width):
-                        value = 0.0
-                        for e in range(6):
-                            value += blocks[j, k, r, e] * jacobian[e, start + c]
-                        half[r, c] = value
-                for a in range(first_dof[j], first_dof[j] + dof_count[j]):
-                    for c in range(width):
-                        value = 0.0
-                        for e in range(6):
-                            value += jacobian[e, a] * half[e, c]
-                        matrix[a, start + c] += value
-                        if j != k:
-                            matrix[start + c, a] += value
+            if used[j] and used[k]:
+                _unpack(sums[j, k], block)
+                _project(
+                    block, jacobian, first_dof[j], dof_count[j], first_dof[k], dof_count[k], matrix
+                )
+
+
+@compiled
+def _unpack(packed, block):
+    """Write a block (6, 6) in full."""
+    c = 0
+    for r in range(6):
+        for s in range(r, 6):
+            block[r, s] = block[s, r] = packed[c]
+            c += 1
+
+
+@compiled
+def _project(block, jacobian, row, rows, column, columns, matrix):
+    """Add J_jᵀ B J_k of the degrees of freedom of two joints, and its transpose, to a matrix."""
+    half = np.empty(6)
+    for b in range(column, column + columns):
+        for r in range(6):
+            half[r] = 0.0
+            for e in range(6):
+                half[r] += block[r, e] * jacobian[e, b]
+        for a in range(row, row + rows):
+            value = 0.0
+            for e in range(6):
+                value += jacobian[e, a] * half[e]
+            matrix[a, b] += value
+            if row != column:
+                matrix[b, a] += value

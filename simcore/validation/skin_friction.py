@@ -12,6 +12,7 @@ from simcore.body.tissue import Tissue, region_tissue
 from simcore.config import Method, read_design
 from simcore.contact.foundation import foundation_forces
 from simcore.contact.foundation_energy import foundation_energy, foundation_power
+from simcore.contact.layer import compliance
 from simcore.dynamics.implicit import IMPLICITNESS, implicit_step
 from simcore.energy import energy_residual
 from simcore.sheet.solver import GRAVITY
@@ -101,7 +102,8 @@ class Block:
             np.broadcast_to(axis, (3, 3, 3)).astype(np.float32), np.full(3, axis[0]), axis[2]
         )
         self._flesh = (
-            self.area, flesh.modulus, flesh.thickness, 0.0, law.tissue == "stiffening",
+            self.area, self.area / compliance(flesh.modulus, flesh.thickness, 0.0),
+            flesh.modulus, flesh.thickness, 0.0, law.tissue == "stiffening",
             np.full(count, law.damping_time_s),
         )
         self._still = np.zeros(3)
@@ -153,7 +155,7 @@ class Block:
         self._slid[0] = 0.0
         elastic = foundation_energy(
             self._listed, self.q + self._skin, *self._field, self.rotation, still,
-            *self._flesh[:5], self._anchor, self._closed,
+            *self._flesh[:6], self._anchor, self._closed,
         )
         kinetic = self.mass * self.v @ self.v / 2
         potential = self.mass * GRAVITY * self.q[2]
