@@ -6,10 +6,10 @@ from simcore.compiled import compiled
 from simcore.contact.distance_lookup import distance_and_gradient, seen_from, way_to_touch
 from simcore.contact.segment_motion import motion_bound, skin_speeds, write_relative
 
-OUTER_REACH = 0.03
+OUTER_REACH = 0.08
 """Vertices nearer to the solid than this are looked at when the list is made anew [m]."""
 
-INNER_REACH, HEADWAY = 0.001, 4.0
+INNER_REACH, HEADWAY = 0.001, 6.0
 """Listed is what is nearer than this [m] and so many times the way that the fastest skin makes
 in the time looked ahead. Tuned for time, as is `OUTER_REACH`, without effect on the result."""
 
@@ -72,6 +72,7 @@ class NearSolid:
         if outer_stale:
             ahead = float(self._ways.max()) if lag else 0.0
             outer.look(self._all, at, OUTER_REACH + HEADWAY * ahead, pose, vertices)
+            inner.take(outer)
             self.rebuilds += 1
         if outer_stale or inner_stale:
             ahead = float(self._ways[outer.used].max(initial=0.0))
@@ -93,29 +94,39 @@ class NearSolid:
 
 
 class _Tier:
-    """The vertices within a reach, until another may touch."""
+    """The vertices within a reach, until another may touch.
+
+    Of every vertex it knows a bound of the way to the solid. What the skin has moved since is taken
+    off it, and only where too little is left is the distance looked up again.
+    """
 
     def __init__(self, field: tuple, skin: tuple):
-        self._field, self._influences = field, skin[:2]
+        self._field, self._influences, self._balls = field, skin[:2], skin[2:]
         segments = len(skin[3])
+        self._bound, self._moved = np.zeros(len(skin[0]) - 1), np.empty(segments)
         self.pose = np.zeros((segments, 3, 4))
         self.allowance = np.full(segments, -1.0)
         self.clearance = np.zeros(segments)
         self.used = np.zeros(segments, bool)
         self.near = np.empty(0, np.int64)
 
+    def take(self, other: "_Tier") -> None:
+        """Know what another tier knows."""
+        self._bound[:], self.pose[:] = other._bound, other.pose
+
     def look(self, among: np.ndarray, at: tuple, reach: float, pose, vertices) -> None:
-        """Look up the distance of some vertices; those left out must be far for other reasons.
+        """Find the vertices within reach among some; those left out are far for other reasons.
 
         `allowance` is how far each segment's skin may then move until a vertex that is not near
         touches [m], `used` whether it has one that is.
         """
-        pose(among)
-        self.near = _look(
-            among, vertices, *at[2:], *self._field, *self._influences, reach,
-            self.clearance, self.used,
+        _move_on(*at, *self._balls, self.pose, self._moved)
+        due = _take_off(among, *self._influences, self._moved, reach, self._bound)
+        pose(due)
+        _look_up(due, vertices, *at[2:], *self._field, self._bound)
+        self.near = _within(
+            among, self._bound, *self._influences, reach, self.clearance, self.used
         )
-        write_relative(*at, self.pose)
         self.allowance = np.where(self.used, reach, np.maximum(self.clearance, reach))
         self.clearance[self.used] = 0.0
 
@@ -159,23 +170,51 @@ def _speed_and_clearance(
 
 
 @compiled
-def _look(
-    among, vertices, rotation, position, values, origin, spacing, offsets, segments, reach,
-    nearest, used,
-):
-    """Return the vertices within reach; write each segment's least way, and if it has any."""
+def _move_on(rotations, positions, rotation, position, centre, radius, pose, moved):
+    """Write how far each segment's skin has moved at most (m,) [m], and where it is now."""
+    now = np.empty((rotations.shape[0], 3, 4))
+    write_relative(rotations, positions, rotation, position, now)
+    for j in range(now.shape[0]):
+        moved[j] = motion_bound(now[j], pose[j], centre[j], radius[j])
+        pose[j] = now[j]
+
+
+@compiled
+def _take_off(among, offsets, segments, moved, reach, bound):
+    """Take motions off the bounds of some vertices; return those of which too little is left."""
+    due, count = np.empty(among.size, np.int64), 0
+    for i in among:
+        way = 0.0
+        for e in range(offsets[i], offsets[i + 1]):
+            way = max(way, moved[segments[e]])
+        bound[i] -= way
+        if bound[i] < reach:
+            due[count] = i
+            count += 1
+    return due[:count].copy()
+
+
+@compiled
+def _look_up(due, vertices, rotation, position, values, origin, spacing, bound):
+    """Write the ways to the solid of some vertices (n, 3) [m]."""
+    for i in due:
+        x, y, z = seen_from(rotation, position, vertices, i)
+        phi, _, _, _ = distance_and_gradient(values, origin, spacing, x, y, z)
+        bound[i] = way_to_touch(phi, spacing)
+
+
+@compiled
+def _within(among, bound, offsets, segments, reach, nearest, used):
+    """Return the vertices within reach; write each segment's least bound, and if it has any."""
     nearest[:] = np.inf
     used[:] = False
     near, count = np.empty(among.size, np.int64), 0
     for i in among:
-        x, y, z = seen_from(rotation, position, vertices, i)
-        phi, _, _, _ = distance_and_gradient(values, origin, spacing, x, y, z)
-        found = way_to_touch(phi, spacing)
-        if found < reach:
+        if bound[i] < reach:
             near[count] = i
             count += 1
         for e in range(offsets[i], offsets[i + 1]):
             j = segments[e]
-            nearest[j] = min(nearest[j], found)
-            used[j] = used[j] or found < reach
+            nearest[j] = min(nearest[j], bound[i])
+            used[j] = used[j] or bound[i] < reach
     return near[:count].copy()
