@@ -23,7 +23,7 @@ from simcore.region_metrics import CONTACT_PRESSURE
 from simcore.scene import build_scene
 from simcore.sheet.solver import GRAVITY
 from simcore.simulate import simulate
-from simcore.validation.friction import INCLINE_FRICTION
+from simcore.validation.incline import INCLINE_FRICTION
 from simcore.validation.skin_friction import PITCH, SLIDE_TIME, Block
 
 ROOT = Path(__file__).parents[1]

@@ -7,12 +7,8 @@ import numpy as np
 import pytest
 
 from simcore.sheet import STILL_BAR, ExplicitSolver, LiuSolver, lay_flat
-from simcore.validation.friction import (
-    CAPSTAN_FRICTION,
-    INCLINE_FRICTION,
-    pull_over_cylinder,
-    slide,
-)
+from simcore.validation.friction import CAPSTAN_FRICTION, pull_over_cylinder, slide
+from simcore.validation.incline import INCLINE_FRICTION
 from simcore.validation.sheet_scenes import FOUNDATION, heavy_square, plane
 
 G = 9.80665

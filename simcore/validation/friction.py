@@ -1,7 +1,7 @@
 """Friction that sticks (Eq. S6): on an incline, and around a cylinder."""
 
 from dataclasses import dataclass, replace
-from math import atan, cos, degrees, exp, pi, radians, sin, tan
+from math import cos, exp, pi, sin, tan
 
 import numpy as np
 
@@ -19,6 +19,14 @@ from simcore.sheet import (
 )
 from simcore.sheet.solver import GRAVITY
 from simcore.validation.energy import Accounts, energy_criterion
+from simcore.validation.incline import (
+    CREEP_ANGLE,
+    CREEP_TIME,
+    INCLINE_FRICTION,
+    ONSET,
+    STUCK,
+    measure_onset,
+)
 from simcore.validation.sheet_scenes import (
     FOUNDATION,
     HEAVY,
@@ -29,21 +37,13 @@ from simcore.validation.sheet_scenes import (
 )
 from simcore.validation.table import Check, Criterion, Curve, Measurement, Plot
 
-INCLINE_FRICTION, CAPSTAN_FRICTION = 0.5, 0.3
+CAPSTAN_FRICTION = 0.3
 
 SLIDE_TIME, SLIDE_STEP = 0.8, 2e-3
 """A sheet is let go on an incline for so long [s], in outer steps of [s]."""
 
-STUCK = 1e-4
-"""Slower than this a sheet sticks [m/s]."""
-
-ONSET_RESOLUTION = radians(0.02)
-
-CREEP_TIME, CREEP_STEP = 600.0, 0.05
-"""All, longer than a transfer takes (`simcore.limits`), and an outer step [s]."""
-
-CREEP_ANGLE = 0.9 * atan(INCLINE_FRICTION)
-
+CREEP_STEP = 0.05
+"""An outer step [s]."""
 
 RADIUS, STRAIGHT, BAR = 0.15, 0.2, -0.3
 """Of the cylinder, of either end that hangs down, and height of the straps' bar [m]."""
@@ -117,28 +117,14 @@ def slide(
     return Slide(step * np.arange(1, len(way) + 1), way, speed, accounts.residual)
 
 
-def measure_onset() -> Measurement:
-    """Find by bisection the incline at which a sheet lets go."""
-    exact = atan(INCLINE_FRICTION)
-    around = exact + np.radians(np.linspace(-3.5, 3.5, 8))
-    slides = {angle: slide(angle) for angle in around}
-    low, high = around[0], around[-1]
-    while high - low > ONSET_RESOLUTION:
-        middle = (low + high) / 2
-        slides[middle] = slide(middle)
-        low, high = (low, middle) if slides[middle].acceleration > 0 else (middle, high)
-    told = {angle: each.acceleration for angle, each in slides.items()}
-    fine = np.linspace(min(told), max(told), 201)
-    coulomb = np.maximum(GRAVITY * (np.sin(fine) - INCLINE_FRICTION * np.cos(fine)), 0)
-    plot = Plot(
-        "validation_incline", f"A sheet with µ = {INCLINE_FRICTION} on an incline",
-        "incline [°]", "acceleration [m/s²]",
-        (Curve("Coulomb", np.degrees(fine), coulomb),
-         Curve("sheet", np.degrees(list(told)), np.array(list(told.values())), marked=True)),
-    )
-    residual = max(each.residual for each in slides.values())
-    onset = degrees((low + high) / 2)
-    return Measurement({"slip_onset": onset, "slip_energy": residual}, (plot,))
+def measure_slip() -> Measurement:
+    """Find the incline at which a sheet lets go."""
+
+    def let_go(angle: float) -> tuple[float, float]:
+        told = slide(angle)
+        return told.acceleration, told.residual
+
+    return measure_onset("", "sheet", let_go)
 
 
 def measure_creep() -> Measurement:
@@ -241,14 +227,12 @@ def measure_capstan() -> Measurement:
     return Measurement({"capstan": ratio, "capstan_energy": strip.residual}, (plot,))
 
 
-ONSET = degrees(atan(INCLINE_FRICTION))
-
 CHECKS = (
     Check(
         (Criterion("slip_onset", f"incline at which a sheet with µ = {INCLINE_FRICTION} lets go",
                    ONSET - 0.5, ONSET + 0.5, "°", "atan µ ± 0.5°"),
          energy_criterion("slip", "the sheets on all these inclines, greatest")),
-        measure_onset,
+        measure_slip,
     ),
     Check(
         (Criterion("creep", f"way of a sheet in {CREEP_TIME:.0f} s simulated, at an incline of "

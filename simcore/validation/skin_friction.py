@@ -1,7 +1,7 @@
 """Friction of flesh on a rigid solid (Eq. C2): a block of it on an incline."""
 
 from functools import cache
-from math import atan, cos, degrees, tan
+from math import cos, tan
 from pathlib import Path
 
 import numpy as np
@@ -17,15 +17,15 @@ from simcore.dynamics.implicit import IMPLICITNESS, implicit_step
 from simcore.energy import energy_residual
 from simcore.sheet.solver import GRAVITY
 from simcore.validation.energy import energy_criterion
-from simcore.validation.friction import (
+from simcore.validation.incline import (
     CREEP_ANGLE,
     CREEP_TIME,
     INCLINE_FRICTION,
     ONSET,
-    ONSET_RESOLUTION,
     STUCK,
+    measure_onset,
 )
-from simcore.validation.table import Check, Criterion, Curve, Measurement, Plot
+from simcore.validation.table import Check, Criterion, Measurement
 
 METHOD = Path("designs/methods/production.yaml")
 
@@ -191,27 +191,9 @@ def slide(angle: float) -> tuple[float, float]:
     return 0.0 if sticks else 2 * (block.speed - before) / SLIDE_TIME, block.residual
 
 
-def measure_onset() -> Measurement:
-    """Find by bisection the incline at which the block lets go."""
-    around = atan(INCLINE_FRICTION) + np.radians(np.linspace(-3.5, 3.5, 8))
-    slides = {angle: slide(angle) for angle in around}
-    low, high = around[0], around[-1]
-    while high - low > ONSET_RESOLUTION:
-        middle = (low + high) / 2
-        slides[middle] = slide(middle)
-        low, high = (low, middle) if slides[middle][0] > 0 else (middle, high)
-    told = {angle: acceleration for angle, (acceleration, _) in slides.items()}
-    fine = np.linspace(min(told), max(told), 201)
-    coulomb = np.maximum(GRAVITY * (np.sin(fine) - INCLINE_FRICTION * np.cos(fine)), 0)
-    plot = Plot(
-        "validation_skin_incline", f"A block of flesh with µ = {INCLINE_FRICTION} on an incline",
-        "incline [°]", "acceleration [m/s²]",
-        (Curve("Coulomb", np.degrees(fine), coulomb),
-         Curve("flesh", np.degrees(list(told)), np.array(list(told.values())), marked=True)),
-    )
-    residual = max(left for _, left in slides.values())
-    onset = degrees((low + high) / 2)
-    return Measurement({"skin_slip_onset": onset, "skin_slip_energy": residual}, (plot,))
+def measure_slip() -> Measurement:
+    """Find the incline at which the block lets go."""
+    return measure_onset("skin_", "block of flesh", slide)
 
 
 def measure_creep() -> Measurement:
@@ -231,7 +213,7 @@ CHECKS = (
                    f"µ = {INCLINE_FRICTION} lets go", ONSET - 0.5, ONSET + 0.5, "°",
                    "atan µ ± 0.5°"),
          energy_criterion("skin_slip", "the blocks on all these inclines, greatest")),
-        measure_onset,
+        measure_slip,
     ),
     Check(
         (Criterion("skin_creep", f"way of the block in {CREEP_TIME:.0f} s simulated, at an incline "
