@@ -10,6 +10,8 @@ import subprocess
 import time
 from pathlib import Path
 
+import pytest
+
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 
 SOFTWARE_GL = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
@@ -17,6 +19,11 @@ SOFTWARE_GL = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swi
 
 def find_chromium() -> str | None:
     return next((path for path in map(shutil.which, NAMES) if path), None)
+
+
+needs_chromium = pytest.mark.skipif(
+    find_chromium() is None, reason="Chromium is not installed: no page is looked at"
+)
 
 
 class Chromium:

@@ -1,8 +1,9 @@
-"""One coarse man on one coarse lift, shared by every test that needs a scene."""
+"""What several files of tests share: a coarse man on a coarse lift, and a browser."""
 
 from pathlib import Path
 
 import pytest
+from chromium import Chromium
 
 from simcore.body import build_body
 from simcore.config import BodyDesign, Design, Method, Posture, read_design
@@ -61,3 +62,10 @@ def held(scene_with):
     """A reclined lift that holds the man from start to end: scene and trajectory."""
     scene = scene_with(support_angle_deg=20, recline_deg=20)
     return scene, simulate(scene)
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    started = Chromium(tmp_path_factory.mktemp("profile"))
+    yield started
+    started.close()

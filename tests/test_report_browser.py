@@ -4,7 +4,7 @@ import io
 
 import numpy as np
 import pytest
-from chromium import Chromium, find_chromium
+from chromium import needs_chromium
 from PIL import Image
 from report_studies import ANGLES, BODIES, SLING, make_study
 from still_runs import simulate_still
@@ -12,9 +12,7 @@ from still_runs import simulate_still
 from simcore.dataset import candidate_path
 from simcore.report import build_report
 
-pytestmark = pytest.mark.skipif(
-    find_chromium() is None, reason="Chromium is not installed: the report is not looked at"
-)
+pytestmark = needs_chromium
 CHOICE = "document.getElementById('candidate-choice')"
 TOLD = "document.getElementById('candidate-told').textContent"
 PLAYER = "document.querySelector('.replay').player"
@@ -31,13 +29,6 @@ def study(tmp_path_factory):
     candidate_path(study.folder / "candidates", study.candidates[1]).unlink()
     build_report(dataset, folder / "report.html")
     return study
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    started = Chromium(tmp_path_factory.mktemp("profile"))
-    yield started
-    started.close()
 
 
 @pytest.fixture

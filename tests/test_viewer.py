@@ -4,7 +4,7 @@ import io
 
 import numpy as np
 import pytest
-from chromium import Chromium, find_chromium
+from chromium import Chromium, needs_chromium
 from made_up_runs import make_run
 from PIL import Image
 from scipy.spatial.transform import Rotation
@@ -14,9 +14,6 @@ from simcore.export.recording import open_recording
 from simcore.viewer import Replays, write_replay
 from simcore.viewer.page import SCRIPTS, common_scale, title_of
 
-needs_chromium = pytest.mark.skipif(
-    find_chromium() is None, reason="Chromium is not installed: the replay is not looked at"
-)
 PLAYER = "document.querySelector('.replay').player"
 STAGE = f"{PLAYER}.stages[0]"
 
@@ -45,13 +42,6 @@ def pages(runs, tmp_path_factory):
         '<!DOCTYPE html><meta charset="utf-8"><title>t</title><body>' + "".join(parts)
     )
     return folder
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    started = Chromium(tmp_path_factory.mktemp("profile"))
-    yield started
-    started.close()
 
 
 @pytest.fixture
