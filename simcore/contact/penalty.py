@@ -1,6 +1,7 @@
 """Penalty contact and regularised friction at device vertices: Eqs. 6 and 7 with the errata."""
 
 import numpy as np
+from numba import njit
 
 from simcore.compiled import compiled
 from simcore.contact.neighbours import to_world, vertex_normal
@@ -55,59 +56,70 @@ def penalty_forces(
     deepest : int
         Skin vertex of the deepest contact, −1 without contact.
     """
-    slot = np.empty(vertices.shape[0], np.int32)
-    known = np.zeros(listed.size, np.bool_)
-    for place in range(listed.size):
-        i = listed[place]
-        slot[i] = place
+    known = np.zeros(vertices.shape[0], np.bool_)
+    for i in listed:
         force[i, 0] = force[i, 1] = force[i, 2] = 0.0
         normal_force[i] = 0.0
-    contact_count = 0
-    depth_max = 0.0
-    deepest = -1
+    contact_count, depth_max, deepest = 0, 0.0, -1
     for r in range(rows.size):
         point_force[rows[r]] = 0.0
-        px, py, pz = to_world(device_vertices, rows[r], rotation, position)
-        nearest = np.inf
-        i = -1
-        for e in range(offsets[r], offsets[r + 1]):
-            s = candidates[e]
-            square = ((vertices[s, 0] - px) ** 2 + (vertices[s, 1] - py) ** 2
-                      + (vertices[s, 2] - pz) ** 2)
-            if square < nearest:
-                nearest = square
-                i = s
-        if nearest > search_radius * search_radius:
+        p = to_world(device_vertices, rows[r], rotation, position)
+        i, square = _nearest(candidates, offsets[r], offsets[r + 1], vertices, p)
+        if square > search_radius * search_radius:
             continue
-        place = slot[i]
-        if not known[place]:
+        if not known[i]:
             nx, ny, nz = vertex_normal(vertices, i, ring_offsets, ring_next)
-            normals[i, 0] = -nx
-            normals[i, 1] = -ny
-            normals[i, 2] = -nz
-            known[place] = True
-        nx, ny, nz = -normals[i, 0], -normals[i, 1], -normals[i, 2]
-        depth = (nx * (vertices[i, 0] - px) + ny * (vertices[i, 1] - py)
-                 + nz * (vertices[i, 2] - pz))
+            normals[i, 0], normals[i, 1], normals[i, 2] = -nx, -ny, -nz
+            known[i] = True
+        n = (-normals[i, 0], -normals[i, 1], -normals[i, 2])
+        depth = (n[0] * (vertices[i, 0] - p[0]) + n[1] * (vertices[i, 1] - p[1])
+                 + n[2] * (vertices[i, 2] - p[2]))
         if depth <= 0.0:
             continue
         contact_count += 1
         if depth > depth_max:
-            depth_max = depth
-            deepest = i
-        ax, ay, az = px - position[0], py - position[1], pz - position[2]
-        wx, wy, wz = angular_velocity[0], angular_velocity[1], angular_velocity[2]
-        vx = velocities[i, 0] - linear_velocity[0] - (wy * az - wz * ay)
-        vy = velocities[i, 1] - linear_velocity[1] - (wz * ax - wx * az)
-        vz = velocities[i, 2] - linear_velocity[2] - (wx * ay - wy * ax)
-        rate = nx * vx + ny * vy + nz * vz
-        normal = max(stiffness * depth + damping * rate, 0.0)
-        tx, ty, tz = vx - rate * nx, vy - rate * ny, vz - rate * nz
-        speed = np.sqrt(tx * tx + ty * ty + tz * tz)
-        friction = friction_force / max(speed, friction_velocity)
-        force[i, 0] -= normal * nx + friction * tx
-        force[i, 1] -= normal * ny + friction * ty
-        force[i, 2] -= normal * nz + friction * tz
+            depth_max, deepest = depth, i
+        v = _relative_velocity(velocities, i, p, position, linear_velocity, angular_velocity)
+        normal, back = _law(depth, n, v, stiffness, damping, friction_force, friction_velocity)
+        for a in range(3):
+            force[i, a] -= back[a]
         normal_force[i] += normal
         point_force[rows[r]] = normal
     return contact_count, depth_max, deepest
+
+
+@njit(inline="always")
+def _nearest(candidates, start, end, vertices, point):
+    """Return which candidate is nearest to a point (x, y, z), and its squared distance."""
+    nearest, square = -1, np.inf
+    for e in range(start, end):
+        s = candidates[e]
+        here = ((vertices[s, 0] - point[0]) ** 2 + (vertices[s, 1] - point[1]) ** 2
+                + (vertices[s, 2] - point[2]) ** 2)
+        if here < square:
+            nearest, square = s, here
+    return nearest, square
+
+
+@njit(inline="always")
+def _relative_velocity(velocities, i, point, position, linear, angular):
+    """Return the velocity of skin vertex i seen from a point that moves with the device."""
+    ax, ay, az = point[0] - position[0], point[1] - position[1], point[2] - position[2]
+    return (
+        velocities[i, 0] - linear[0] - (angular[1] * az - angular[2] * ay),
+        velocities[i, 1] - linear[1] - (angular[2] * ax - angular[0] * az),
+        velocities[i, 2] - linear[2] - (angular[0] * ay - angular[1] * ax),
+    )
+
+
+@njit(inline="always")
+def _law(depth, n, v, stiffness, damping, friction_force, friction_velocity):
+    """Return the size of Eq. 6, and −f of both equations, for a relative velocity v."""
+    rate = n[0] * v[0] + n[1] * v[1] + n[2] * v[2]
+    normal = max(stiffness * depth + damping * rate, 0.0)
+    tx, ty, tz = v[0] - rate * n[0], v[1] - rate * n[1], v[2] - rate * n[2]
+    speed = np.sqrt(tx * tx + ty * ty + tz * tz)
+    friction = friction_force / max(speed, friction_velocity)
+    return normal, (
+        normal * n[0] + friction * tx, normal * n[1] + friction * ty, normal * n[2] + friction * tz
+    )
