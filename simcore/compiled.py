@@ -1,9 +1,11 @@
 """Compilation of the kernels to machine code, once a machine.
 
-Two faults of numba's cache are mended here. It does not see that a kernel calls another of a file
-that has changed: the code is kept in a folder named by the sources of all kernels. And it numbers
-the entries of a kernel without a lock: of two processes that compile it for different types at
-once, one can write its code under the other's number, and the next process to load it crashes.
+Three faults of numba's cache are mended here. It does not see that a kernel calls another of a file
+that has changed: the code is kept in a folder named by the sources of all kernels. It looks for
+code by where the package lies, so that another clone would compile the same kernels again: in that
+folder each file goes by its place in the package. And it numbers the entries of a kernel without a
+lock: of two processes that compile it for different types at once, one can write its code under the
+other's number, and the next process to load it crashes.
 """
 
 import fcntl
@@ -12,15 +14,17 @@ from pathlib import Path
 
 import numba
 from numba import njit
-from numba.core.caching import IndexDataCacheFile
+from numba.core.caching import IndexDataCacheFile, UserProvidedCacheLocator
 
 from simcore.cache import cache_folder
+
+PACKAGE = Path(__file__).parent
 
 
 def _source_digest() -> str:
     """Return the digest of all files with kernels."""
     digest = hashlib.sha256()
-    for file in sorted(Path(__file__).parent.rglob("*.py")):
+    for file in sorted(PACKAGE.rglob("*.py")):
         text = file.read_bytes()
         if b"compiled" in text:
             digest.update(text)
@@ -28,6 +32,19 @@ def _source_digest() -> str:
 
 
 numba.config.CACHE_DIR = str(cache_folder() / "kernels" / _source_digest())
+
+_folder_of = UserProvidedCacheLocator.get_suitable_cache_subpath
+
+
+def _folder_in_package(file: str) -> str:
+    """Return where in the cache the code of a file goes, wherever the package lies."""
+    folder = Path(file).resolve().parent
+    if not folder.is_relative_to(PACKAGE.resolve()):
+        return _folder_of(file)
+    return str(PACKAGE.name / folder.relative_to(PACKAGE.resolve()))
+
+
+UserProvidedCacheLocator.get_suitable_cache_subpath = staticmethod(_folder_in_package)
 
 compiled = njit(cache=True, error_model="numpy")
 """Decorator of a kernel; division by zero gives infinity, as in numpy."""

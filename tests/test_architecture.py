@@ -115,6 +115,29 @@ def test_workflow_scripts_are_thin():
         assert len(path.read_text(encoding="utf-8").splitlines()) <= 30, path
 
 
+def test_kernels_read_nothing_of_files_without_kernels():
+    """What is compiled into them is then of the sources that their cache is named by."""
+    for path in SOURCES:
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        origin = {
+            alias.asname or alias.name: node.module
+            for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)
+            for alias in node.names if node.module.startswith("simcore.")
+        }
+        read = [node for node in tree.body if isinstance(node, ast.Assign)] + [
+            node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)
+            and any("compiled" in ast.unparse(each) for each in node.decorator_list)
+        ]
+        if not any(isinstance(node, ast.FunctionDef) for node in read):
+            continue
+        for name in {each.id for node in read for each in ast.walk(node)
+                     if isinstance(each, ast.Name)} & origin.keys():
+            source = ROOT.joinpath(*origin[name].split(".")).with_suffix(".py")
+            # A name of a package is a module of it.
+            source = source if source.exists() else source.with_suffix("") / f"{name}.py"
+            assert "compiled" in source.read_text(encoding="utf-8"), (path, name)
+
+
 def test_no_file_is_long():
     for path in [*SOURCES, *SCRIPTS]:
         assert len(path.read_text(encoding="utf-8").splitlines()) <= 400, path

@@ -1,12 +1,15 @@
-"""The cache of compiled kernels, filled by several processes at once."""
+"""The cache of compiled kernels: filled by several processes at once, read by several clones."""
 
+import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from numba.core.caching import IndexDataCacheFile
 
-import simcore.compiled  # noqa: F401  (what is tested is done on import)
+import simcore.compiled
 
 WRITER = """
 import sys
@@ -16,6 +19,18 @@ cache = IndexDataCacheFile(sys.argv[1], "kernel", "stamp")
 for i in range(60):
     key = f"{sys.argv[2]} {i}"
     cache.save(key, key)
+"""
+
+KERNEL = """
+from simcore.compiled import compiled
+
+@compiled
+def kernel(x):
+    return x + {added}
+"""
+CALLER = """
+from simcore.{folder}.same import kernel
+print(kernel(1), *kernel.stats.cache_hits.values(), sep=",")
 """
 
 
@@ -28,3 +43,38 @@ def test_processes_that_save_at_once_find_each_its_own(tmp_path: Path):
     cache = IndexDataCacheFile(str(tmp_path), "kernel", "stamp")
     keys = [f"{name} {i}" for name in "abc" for i in range(60)]
     assert [cache.load(key) for key in keys] == keys
+
+
+@pytest.fixture
+def call(tmp_path):
+    """Return a function that calls a kernel in a clone of the package by a process of its own."""
+
+    def made(clone: str, folder: str, added: int) -> str:
+        package = tmp_path / clone / "simcore"
+        (package / folder).mkdir(parents=True, exist_ok=True)
+        (package / "__init__.py").touch()
+        for name in ("compiled.py", "cache.py"):
+            shutil.copy(Path(simcore.compiled.__file__).parent / name, package)
+        (package / folder / "same.py").write_text(KERNEL.format(added=added))
+        done = subprocess.run(
+            [sys.executable, "-c", CALLER.format(folder=folder)], check=True, text=True,
+            capture_output=True, cwd=tmp_path,
+            env=os.environ | {"PYTHONPATH": str(tmp_path / clone),
+                              "SIMCORE_CACHE": str(tmp_path / "cache")},
+        )  # fmt: skip
+        return done.stdout.strip()
+
+    return made
+
+
+def test_clones_share_what_is_compiled(call):
+    """The number behind the comma is there when the code was read from the cache."""
+    assert call("first", "a", 1) == "2"
+    assert call("first", "a", 1) == call("second", "a", 1) == "2,1"
+    assert call("second", "a", 2) == "3"  # other sources
+    assert call("first", "a", 1) == "2,1"
+
+
+def test_files_of_one_name_are_kept_apart(call):
+    told = [call("first", *each) for each in (("a", 1), ("b", 2), ("a", 1), ("b", 2))]
+    assert told == ["2", "3", "2", "3,1"]  # the third sees both files for the first time

@@ -29,7 +29,7 @@ class Project:
         self.folder = folder
         make_project(folder)
         for name in ("simcore", "workflow"):
-            shutil.copytree(ROOT / name, folder / name)  # with the compiled kernels
+            shutil.copytree(ROOT / name, folder / name)
         for name in ("Snakefile", "Makefile"):
             shutil.copy(ROOT / name, folder / name)
         (folder / ".venv").symlink_to(BIN.parent)
