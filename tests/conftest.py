@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from chromium import Chromium
+from hypothesis import settings
 
 from simcore.body import build_body
 from simcore.config import BodyDesign, Design, Method, Posture, read_design
@@ -19,6 +20,17 @@ COARSE = {
     # a seventh of the shipped contact points: each carries, and holds, about seven times as much
     "stiffness_n_per_m": 6000.0, "friction_force_n": 3.0,
 }
+
+LONGEST = ("test_validation", "test_workflow", "test_certificate", "test_body_build", "test_energy")
+"""Files to begin with, so that no process is left with one of them at the end."""
+
+settings.register_profile("untimed", deadline=None)  # the machine may be busy
+settings.load_profile("untimed")
+
+
+def pytest_collection_modifyitems(items):
+    place = {name: i for i, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: place.get(item.path.stem, len(LONGEST)))
 
 
 @pytest.fixture(scope="session")
