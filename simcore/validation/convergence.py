@@ -8,17 +8,16 @@ from simcore.metrics import compute_metrics, skin_pressure
 from simcore.scene import build_scene
 from simcore.simulate import simulate
 from simcore.validation.energy import energy_criterion
+from simcore.validation.lifts import BODY, LIFT, RECLINED, SLING, simulated
 from simcore.validation.table import Check, Criterion, Measurement
 
-BODY = "male_172_70"
 FIGURES = ("peak_pressure", "contact_area")
 
 SCENES = {
     "board": ("lying on a flat board", Path("config/transfer_board.yaml"),
               {"support_angle_deg": 0.0}),
-    "lift": ("seated on the lift", Path("config/lift_angle.yaml"), {"support_angle_deg": 7.0}),
-    "sling": ("hanging in the reclined sling", Path("config/sling_stiffness.yaml"),
-              {"device": "sling_reclined", "stiffness_per_width_n_per_m": 2.0e4}),
+    "lift": ("seated on the lift", LIFT, {"support_angle_deg": 7.0}),
+    "sling": ("hanging in the reclined sling", SLING, RECLINED),
 }
 """Key → what it is, study, and place in it."""
 
@@ -35,7 +34,7 @@ def measure_convergence(key: str) -> Measurement:
     _, path, place = SCENES[key]
     study = load_study(path, {"body": BODY, **place})
     (candidate,) = study.candidates
-    coarse = figures(candidate.design, study.root)
+    coarse, *_ = simulated(path, **place)
     fine = [figures(each, study.root) for each in refined(candidate.design).values()]
     changes = {
         f"{key}_{name}": max(abs(change_of(name, coarse[name], each[name])) for each in fine)

@@ -1,5 +1,6 @@
 """Whole candidates of the shipped studies: is weight carried, and is it as the paper found?"""
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from simcore.config import load_study
 from simcore.energy import energy_residual
 from simcore.metrics import REST_WINDOW, compute_metrics, skin_pressure
-from simcore.scene import Scene, build_scene
+from simcore.scene import build_scene
 from simcore.simulate import simulate
 from simcore.validation.energy import energy_criterion
 from simcore.validation.table import Check, Criterion, Measurement
@@ -23,21 +24,26 @@ MOST = 100.0
 """What a ratio that is to exceed 1 may be at most: anything."""
 
 
-def simulated(study: Path, place: dict) -> tuple[Scene, dict, np.ndarray]:
-    """Return scene, metrics, and the pressure on the skin at rest (n,) [Pa] of a candidate."""
+@cache
+def simulated(study: Path, **place) -> tuple[dict, np.ndarray, np.ndarray]:
+    """Return a candidate's metrics, the regions of its skin and the pressure there at rest.
+
+    What several checks look at is simulated once. Names of regions (n,), and [Pa] (n,).
+    """
     loaded = load_study(study, {"body": BODY, **place})
     (candidate,) = loaded.candidates
     scene = build_scene(candidate.design, BODY, loaded.root)
     trajectory = simulate(scene)
     pressure = skin_pressure(scene, trajectory)
     rest = trajectory.time > trajectory.time[-1] - REST_WINDOW
-    return scene, compute_metrics(scene, trajectory, pressure), pressure[rest].mean(axis=0)
+    regions = np.array(scene.body.region_names)[scene.body.vertex_region]
+    return compute_metrics(scene, trajectory, pressure), regions, pressure[rest].mean(axis=0)
 
 
 def measure_lift() -> Measurement:
     """Seat the man on the flat support and on the one inclined by 7°."""
-    _, flat, _ = simulated(LIFT, {"support_angle_deg": 0.0})
-    _, inclined, _ = simulated(LIFT, {"support_angle_deg": 7.0})
+    flat, *_ = simulated(LIFT, support_angle_deg=0.0)
+    inclined, *_ = simulated(LIFT, support_angle_deg=7.0)
     return Measurement({
         "lift_flat_drops": flat["fell"],
         "lift_inclined_holds": inclined["fell"],
@@ -64,8 +70,7 @@ def measure_creep() -> Measurement:
 
 def measure_sling() -> Measurement:
     """Lift the man from the bed in the reclined sling."""
-    scene, metrics, pressure = simulated(SLING, RECLINED)
-    regions = np.array(scene.body.region_names)[scene.body.vertex_region]
+    metrics, regions, pressure = simulated(SLING, **RECLINED)
 
     def highest(*names: str) -> float:
         return pressure[[region.startswith(names) for region in regions]].max()
