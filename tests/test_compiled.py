@@ -57,7 +57,8 @@ def call(tmp_path):
             shutil.copy(Path(simcore.compiled.__file__).parent / name, package)
         (package / folder / "same.py").write_text(KERNEL.format(added=added))
         done = subprocess.run(
-            [sys.executable, "-c", CALLER.format(folder=folder)], check=True, text=True,
+            # Byte code would hide a change of the same second and length.
+            [sys.executable, "-B", "-c", CALLER.format(folder=folder)], check=True, text=True,
             capture_output=True, cwd=tmp_path,
             env=os.environ | {"PYTHONPATH": str(tmp_path / clone),
                               "SIMCORE_CACHE": str(tmp_path / "cache")},
