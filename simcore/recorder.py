@@ -7,6 +7,7 @@ import numpy as np
 
 from simcore.body.build import Body, posed_skin
 from simcore.body.skin import vertex_normals
+from simcore.contact.tangential import bearing
 from simcore.device.motion import DeviceState
 from simcore.energy import TERMS
 from simcore.interaction import Interaction
@@ -136,7 +137,7 @@ class Recorder:
         self._cells = sensor_cells(scene)
         self._mat = SensorMat(scene.mat_points, scene.mat_tile, scene.method.sensor_pitch_m)
         # Of each frame: skin vertices that bear force, and how much; and points of the mat.
-        self._bearing: list[tuple[np.ndarray, ...]] = []
+        self._borne: list[tuple[np.ndarray, ...]] = []
         self._start = None
         self.fall_time = np.inf
 
@@ -182,8 +183,8 @@ class Recorder:
         displacement = float(np.linalg.norm(place - self._start, axis=1).max())
         if displacement > FALL_DISPLACEMENT:
             self.fall_time = min(self.fall_time, time)
-        skin, mat = np.flatnonzero(self._normal), np.flatnonzero(self._mat_normal)
-        self._bearing.append(
+        skin, mat = bearing(self._normal), bearing(self._mat_normal)
+        self._borne.append(
             (skin, self._normal[skin] / duration, self._tangential[skin] / duration,
              mat, self._mat_normal[mat] / duration)
         )
@@ -229,11 +230,11 @@ class Recorder:
 
     def _forces(self) -> dict[str, np.ndarray]:
         """Return what skin and mat bore in each frame, read for all frames at once."""
-        skins, normals, tangentials, mats, on_mats = zip(*self._bearing, strict=True)
+        skins, normals, tangentials, mats, on_mats = zip(*self._borne, strict=True)
         count, frames = len(self._normal), len(self._frames)
         normal_force = np.zeros((frames, count), np.float32)
-        bearing, columns = np.unique(np.concatenate(skins), return_inverse=True)
-        tangential = np.zeros((frames, len(bearing), 3))
+        borne, columns = np.unique(np.concatenate(skins), return_inverse=True)
+        tangential = np.zeros((frames, len(borne), 3))
         points, places = np.unique(np.concatenate(mats), return_inverse=True)
         on_mat = np.zeros((frames, len(points)))
         at_skin = at_mat = 0
@@ -245,6 +246,6 @@ class Recorder:
             at_skin, at_mat = at_skin + len(skins[frame]), at_mat + len(mats[frame])
         return {
             "normal_force": normal_force,
-            "shear": self._cells.shear(tangential, bearing).astype(np.float32),
+            "shear": self._cells.shear(tangential, borne).astype(np.float32),
             "mat_pressure": self._mat.pressure(on_mat, points).astype(np.float32),
         }

@@ -13,13 +13,13 @@ from simcore.body.skin_listed import (
     edge_change_rate,
     segment_balls,
 )
-from simcore.contact.foundation import foundation_forces
+from simcore.contact.foundation import foundation_forces, release
 from simcore.contact.foundation_energy import foundation_energy, foundation_power
 from simcore.contact.layer import compliance
 from simcore.contact.near_solid import NearSolid
 from simcore.contact.neighbours import Neighbours
 from simcore.contact.penalty import penalty_forces
-from simcore.contact.tangential import add_parts, moved_on_mat
+from simcore.contact.tangential import add_parts, add_to_mat, bearing, moved_on_mat
 from simcore.device.motion import DeviceState
 from simcore.dynamics.pinocchio_views import SegmentViews
 from simcore.scene import Scene
@@ -213,9 +213,7 @@ class FoundationContact(_OnSkin):
         """Implement `SkinContact.evaluate`."""
         self._near.update(segments, device, lag, self._pose(segments), self.points)
         before, self.listed = self.listed, self._near.listed
-        if before is not self.listed:
-            gone = np.setdiff1d(before, self.listed, assume_unique=True)
-            self.normal_force[gone], self._closed[gone] = 0.0, False
+        release(before, self.listed, self.normal_force, self._closed)
         self._move(segments)
         self._device, self._lag = device, lag
         self.contact_count, self.depth_max, self.deepest, self._pressed = foundation_forces(
@@ -263,14 +261,14 @@ class FoundationContact(_OnSkin):
 
     def add_skin_to_mat(self, normal: np.ndarray, total: np.ndarray) -> None:
         """Implement `SkinContact.add_skin_to_mat`: to the point of the mat that is nearest now."""
-        pressed = np.flatnonzero(normal)
+        pressed = bearing(normal)
         moved = moved_on_mat(
             pressed, self.points, self._device.rotation, self._device.position, self._mat_step,
             self._mat_place,
         )
         if len(moved):
             _, self._mat_point[moved] = self._mat.query(self._mat_place[moved])
-        np.add.at(total, self._mat_point[pressed], normal[pressed])
+        add_to_mat(pressed, self._mat_point, normal, total)
 
 
 def _flesh_law(scene: Scene) -> tuple:

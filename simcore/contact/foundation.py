@@ -126,6 +126,17 @@ def foundation_forces(
 
 
 @compiled
+def release(before, now, normal_force, closed):
+    """Let go of the vertices that were listed and are no longer; both lists are sorted."""
+    at = 0
+    for i in before:
+        while at < now.size and now[at] < i:
+            at += 1
+        if at == now.size or now[at] != i:
+            normal_force[i], closed[i] = 0.0, False
+
+
+@compiled
 def _relative_velocity(i, points, velocities, rotation, position, linear_velocity, turn):
     """Return the velocity of a vertex as seen from the solid, in its frame [m/s]."""
     x, y, z = points[i, 0] - position[0], points[i, 1] - position[1], points[i, 2] - position[2]

@@ -9,13 +9,16 @@ from simcore.contact.segment_motion import motion_bound, skin_speeds, write_rela
 OUTER_REACH = 0.08
 """Vertices nearer to the solid than this are looked at when the list is made anew [m]."""
 
-INNER_REACH, HEADWAY = 0.001, 6.0
-"""Listed is what is nearer than this [m] and so many times the way that the fastest skin makes
-in the time looked ahead. Tuned for time, as is `OUTER_REACH`, without effect on the result."""
+INNER_REACH, HEADWAY = 0.001, 8.0
+"""Of what is nearer than this [m], and so many times the way the fastest skin makes in the time
+looked ahead, it is asked at every step whether it can touch. Tuned for time, as is `OUTER_REACH`,
+without effect on the result."""
 
 
 class NearSolid:
-    """The list of the skin vertices that may touch a solid, or will within a time, in two tiers.
+    """The list of the skin vertices that may touch a solid, or will within a time.
+
+    It is drawn from two tiers, each of which lasts until something may have come near unseen.
 
     Parameters
     ----------
@@ -43,7 +46,7 @@ class NearSolid:
         self._balls = skin[2:]
         field = values, origin, spacing
         self._outer, self._inner = _Tier(field, skin), _Tier(field, skin)
-        self._ways = np.empty(len(segment_radius))
+        self._ways, self._spent = np.empty((2, len(segment_radius)))
         self.listed = self._all[:0]
         self.rebuilds = 0
 
@@ -67,7 +70,7 @@ class NearSolid:
         outer_stale, inner_stale = _stale(
             *at, segments.velocities, device.linear_velocity, device.angular_velocity,
             *self._balls, lag, outer.pose, outer.allowance, inner.pose, inner.allowance,
-            self._ways,
+            self._ways, self._spent,
         )
         if outer_stale:
             ahead = float(self._ways.max()) if lag else 0.0
@@ -77,7 +80,8 @@ class NearSolid:
         if outer_stale or inner_stale:
             ahead = float(self._ways[outer.used].max(initial=0.0))
             inner.look(outer.near, at, INNER_REACH + HEADWAY * ahead, pose, vertices)
-            self.listed = inner.near
+            self._spent[:] = self._ways
+        self.listed = inner.touchable(self._spent)
 
     def speed_and_clearance(self, segments, device) -> tuple[np.ndarray, np.ndarray]:
         """Return of the skin of each segment (m,), relative to the solid:
@@ -130,15 +134,20 @@ class _Tier:
         self.allowance = np.where(self.used, reach, np.maximum(self.clearance, reach))
         self.clearance[self.used] = 0.0
 
+    def touchable(self, spent: np.ndarray) -> np.ndarray:
+        """Return those near whose segments' skin has come as far as they were away (m,) [m]."""
+        return _touchable(self.near, self._bound, *self._influences, spent)
+
 
 @compiled
 def _stale(
     rotations, positions, rotation, position, velocities, linear_velocity, turn, centre, radius,
-    lag, outer_pose, outer_allowance, inner_pose, inner_allowance, ways,
+    lag, outer_pose, outer_allowance, inner_pose, inner_allowance, ways, spent,
 ):
-    """Return whether skin that is not near, and not listed, may have moved so far as to touch.
+    """Return whether skin outside of each tier may have moved so far as to touch, or will so soon.
 
-    Or will within the lag; writes how far each segment's skin goes in that time (m,) [m].
+    Writes how far each segment's skin goes within the lag (m,) [m], and together with what it has
+    moved since the inner tier looked.
     """
     now = np.empty((rotations.shape[0], 3, 4))
     write_relative(rotations, positions, rotation, position, now)
@@ -149,8 +158,8 @@ def _stale(
         ways[j] *= lag
         since = motion_bound(now[j], outer_pose[j], centre[j], radius[j])
         outer = outer or since + ways[j] > outer_allowance[j]
-        since = motion_bound(now[j], inner_pose[j], centre[j], radius[j])
-        inner = inner or since + ways[j] > inner_allowance[j]
+        spent[j] = motion_bound(now[j], inner_pose[j], centre[j], radius[j]) + ways[j]
+        inner = inner or spent[j] > inner_allowance[j]
     return outer, inner
 
 
@@ -201,6 +210,20 @@ def _look_up(due, vertices, rotation, position, values, origin, spacing, bound):
         x, y, z = seen_from(rotation, position, vertices, i)
         phi, _, _, _ = distance_and_gradient(values, origin, spacing, x, y, z)
         bound[i] = way_to_touch(phi, spacing)
+
+
+@compiled
+def _touchable(near, bound, offsets, segments, spent):
+    """Return the vertices whose bound is used up."""
+    left, count = np.empty(near.size, np.int64), 0
+    for i in near:
+        way = 0.0
+        for e in range(offsets[i], offsets[i + 1]):
+            way = max(way, spent[segments[e]])
+        if bound[i] <= way:
+            left[count] = i
+            count += 1
+    return left[:count].copy()
 
 
 @compiled
