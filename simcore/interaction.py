@@ -83,12 +83,9 @@ class Interaction:
     def exchange(self, moved: DeviceState, q: np.ndarray, v: np.ndarray) -> None:
         """Advance what is neither body nor rigid by one step of the body; here there is nothing."""
 
-    def speed_and_clearance(self, moved: DeviceState) -> tuple[np.ndarray, np.ndarray]:
-        """Return bounds of the skin of each segment as last evaluated (m,), (m,).
-
-        Of its speed relative to the device, from above [m/s]; of its distance, from below [m].
-        """
-        return self.contact.speed_and_clearance(self._views, self._surface_state(moved))
+    def pace(self, moved: DeviceState) -> float:
+        """Return how long the next step may be, from what was last evaluated [s]: Eq. I3."""
+        return self.contact.pace(self._views, self._surface_state(moved))
 
     def place(self, q: np.ndarray, moved: DeviceState) -> np.ndarray:
         """Return where the body is on what carries it: its centre of mass, device frame (1, 3)."""

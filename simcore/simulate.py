@@ -66,8 +66,8 @@ def step_ladder(scene: Scene) -> StepLadder:
     method = scene.method
     steps = method.adaptive_step
     if not steps or scene.sling:
-        return StepLadder(method.time_step_s, method.time_step_s, np.inf)
-    return StepLadder(steps.longest_s, steps.shortest_s, steps.motion_m)
+        return StepLadder(method.time_step_s, method.time_step_s)
+    return StepLadder(steps.longest_s, steps.shortest_s)
 
 
 class _Run:
@@ -114,7 +114,7 @@ class _Run:
         """Advance one step; return whether it completed a recorded frame."""
         now, q, v = self.time, self.q, self.v
         moved = self.moved(now)
-        ticks = self.ladder.choose(self.ticks, lambda: self.interaction.speed_and_clearance(moved))
+        ticks = self.ladder.choose(self.ticks, lambda: self.interaction.pace(moved))
         self.h = ticks * self.ladder.tick
         self.interaction.exchange(moved, q, v)
         if self.scene.method.integrator == "implicit":

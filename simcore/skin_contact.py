@@ -24,6 +24,14 @@ from simcore.device.motion import DeviceState
 from simcore.dynamics.pinocchio_views import SegmentViews
 from simcore.scene import Scene
 
+LOOKED_AHEAD = 4.0
+"""Skin is listed that may touch in so many times the lag: until the end of the next step, unless
+that is longer than this one."""
+
+FREE_MOTION = 4.0
+"""Skin that touches nothing may move so much farther within a step than skin that does: for the
+sake of joints at the ends of their ranges, and of limbs that meet."""
+
 
 class SkinContact(Protocol):
     """What carries the skin.
@@ -78,13 +86,8 @@ class SkinContact(Protocol):
     def add_mat_impulses(self, duration: float, total: np.ndarray) -> None:
         """Add what the present forces on `Scene.mat_points` do to them in a time (N,) [N s]."""
 
-    def speed_and_clearance(
-        self, segments: SegmentViews, device: DeviceState
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return of each segment's skin (m,), relative to what carries it, bounds:
-
-        its speed from above [m/s], its distance from below [m].
-        """
+    def pace(self, segments: SegmentViews, device: DeviceState) -> float:
+        """Return how long a step may be for the motion of the skin [s]: Eq. I3."""
 
     def add_skin_to_mat(self, normal: np.ndarray, total: np.ndarray) -> None:
         """Add the normal impulses on the skin (n,) that `add_mat_impulses` leaves out (N,)."""
@@ -138,7 +141,7 @@ class _OnSkin:
 class PointContact(_OnSkin):
     """The paper's: a spring at each contact point of the device (Eqs. 6 and 7).
 
-    Its steps are all alike: it knows no `speed_and_clearance`.
+    Its steps are all alike: it knows no `pace`.
     """
 
     def __init__(self, scene: Scene):
@@ -197,6 +200,8 @@ class FoundationContact(_OnSkin):
         self._flesh = skin.vertex_area, skin.vertex_area / compliance(*law[:3]), *law
         carrier = scene.sling.bed if scene.sling else scene.method.contact
         self._friction = carrier.friction_coefficient
+        steps = scene.method.adaptive_step
+        self._motion, self._pace = steps.motion_m if steps else np.inf, np.inf
         self._depths, self._steepness = np.zeros((2, skin.vertex_count))
         self._mean_velocities, self._shown, self._stretch = np.zeros((3, skin.vertex_count, 3))
         self._sticks = np.zeros(skin.vertex_count, bool)
@@ -211,18 +216,21 @@ class FoundationContact(_OnSkin):
 
     def evaluate(self, segments: SegmentViews, device: DeviceState, lag: float) -> None:
         """Implement `SkinContact.evaluate`."""
-        self._near.update(segments, device, lag, self._pose(segments), self.points)
+        self._near.update(
+            segments, device, LOOKED_AHEAD * lag, self._pose(segments), self.points
+        )
         before, self.listed = self.listed, self._near.listed
         release(before, self.listed, self.normal_force, self._closed)
         self._move(segments)
         self._device, self._lag = device, lag
-        self.contact_count, self.depth_max, self.deepest, self._pressed = foundation_forces(
+        count, depth_max, deepest, self._pressed, self._pace = foundation_forces(
             self.listed, self.points, self._velocities, *self._field, device.rotation,
             device.position, device.linear_velocity, device.angular_velocity, *self._flesh,
-            self._friction, lag, self._anchor, self._closed, self.force, self.normal_force,
-            self.normals, self.along, self.across, self._depths, self._steepness, self._sticks,
-            self._stretch, self._slid,
+            self._friction, lag, self._motion, self._anchor, self._closed, self.force,
+            self.normal_force, self.normals, self.along, self.across, self._depths,
+            self._steepness, self._sticks, self._stretch, self._slid,
         )
+        self.contact_count, self.depth_max, self.deepest = count, depth_max, deepest
 
     def power(self, segments: SegmentViews, step: float) -> tuple[float, float, float]:
         """Implement `SkinContact.power`."""
@@ -253,11 +261,9 @@ class FoundationContact(_OnSkin):
             self._anchor, self._closed,
         )
 
-    def speed_and_clearance(
-        self, segments: SegmentViews, device: DeviceState
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Implement `SkinContact.speed_and_clearance`."""
-        return self._near.speed_and_clearance(segments, device)
+    def pace(self, segments: SegmentViews, device: DeviceState) -> float:
+        """Implement `SkinContact.pace`."""
+        return min(self._pace, self._near.pace(segments, device, FREE_MOTION * self._motion))
 
     def add_skin_to_mat(self, normal: np.ndarray, total: np.ndarray) -> None:
         """Implement `SkinContact.add_skin_to_mat`: to the point of the mat that is nearest now."""

@@ -34,7 +34,7 @@ class Skin:
         tissue = np.full(self.n, E), np.full(self.n, D)
         self.tissue = area, area / compliance(*tissue, give), *tissue
         self.damping, self.give = np.full(self.n, damping), give
-        self.stiffening, self.friction = stiffening, friction
+        self.stiffening, self.friction, self.motion = stiffening, friction, np.inf
         self.anchor, self.closed = np.zeros((self.n, 3)), np.zeros(self.n, bool)
         self.force, self.normals = np.zeros((2, self.n, 3))
         self.normal, self.along, self.across, self.depths, self.steepness = np.zeros((5, self.n))
@@ -47,9 +47,9 @@ class Skin:
 
     def evaluate(self, lag=0.0):
         """Count, greatest depth and its vertex."""
-        *told, self.pressed = foundation_forces(
+        *told, self.pressed, self.pace = foundation_forces(
             np.arange(self.n), self.points, self.velocities, *self.field, self.rotation,
-            self.origin, self.linear, self.turn, *self.flesh, self.friction, lag,
+            self.origin, self.linear, self.turn, *self.flesh, self.friction, lag, self.motion,
             self.anchor, self.closed, self.force, self.normal, self.normals, self.along,
             self.across, self.depths, self.steepness, self.sticks, self.stretch, self.slid,
         )

@@ -1,16 +1,20 @@
 """Steps as long as the motion allows (Eq. I3)."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pinocchio as pin
 import pytest
 from conftest import MAN, ROOT
 from hypothesis import given
 from hypothesis import strategies as st
+from pressed_skin import Skin, half_space
 from scipy.spatial.transform import Rotation
 
 from simcore.body.build import posed_skin
 from simcore.body.skin_listed import segment_balls
 from simcore.config import Design, Method, read_design
+from simcore.contact.near_solid import NearSolid
 from simcore.contact.segment_motion import skin_speeds
 from simcore.device.motion import STILL, DeviceState
 from simcore.dynamics.adaptive import StepLadder
@@ -19,34 +23,62 @@ from simcore.scene import build_scene
 from simcore.simulate import simulate
 
 
-def fixed(speed, clearance=0.0):
-    return lambda: (np.atleast_1d(float(speed)), np.atleast_1d(float(clearance)))
-
-
-@given(speed=st.floats(0, 20), clearance=st.floats(0, 0.5), start=st.integers(0, 63))
-def test_steps_are_the_longest_that_are_allowed(speed, clearance, start):
-    ladder = StepLadder(0.008, 0.001, 0.004)
-    ticks = ladder.choose(start, fixed(speed, clearance))
+@given(pace=st.floats(0, 0.1), start=st.integers(0, 63))
+def test_steps_are_the_longest_that_are_allowed(pace, start):
+    ladder = StepLadder(0.008, 0.001)
+    ticks = ladder.choose(start, lambda: pace)
     assert ticks in (1, 2, 4, 8) and start % ticks == 0
-    bound = max(0.004, clearance)
-    assert ticks == 1 or ticks * 0.001 * speed <= bound * (1 + 1e-9)
+    assert ticks == 1 or ticks * 0.001 <= pace * (1 + 1e-9)
     longer = 2 * ticks
-    assert longer == 16 or start % longer or longer * 0.001 * speed > bound * (1 - 1e-9)
+    assert longer == 16 or start % longer or longer * 0.001 > pace * (1 - 1e-9)
 
 
-def test_any_speeds_meet_at_every_longest_step():
+def test_any_paces_meet_at_every_longest_step():
     rng = np.random.default_rng(1)
-    ladder, now, met = StepLadder(0.01, 0.00125, 0.004), 0, set()
+    ladder, now, met = StepLadder(0.01, 0.00125), 0, set()
     while now < 800:
         met.add(now)
-        now += ladder.choose(now, fixed(rng.uniform(0, 8)))
+        pace = rng.uniform(0, 0.02)
+        now += ladder.choose(now, lambda pace=pace: pace)
     assert set(range(0, 800, 8)) <= met
     assert ladder.tick * 8 == pytest.approx(0.01)
 
 
 def test_one_length_is_kept_without_asking():
-    ladder = StepLadder(0.004, 0.004, np.inf)
+    ladder = StepLadder(0.004, 0.004)
     assert [ladder.choose(now, None) for now in range(5)] == [1] * 5
+
+
+def test_what_touches_sets_the_pace_and_what_is_away_by_its_distance():
+    """The least over all of max(d, φ) / speed."""
+    skin = Skin([[0, 0, -0.002], [0.1, 0, 0.02], [0.2, 0, 0.001]])
+    skin.velocities[:] = [[0.1, 0, 0], [0, 0.5, 0], [0, 0, 0.2]]
+    skin.motion = 0.005
+    skin.evaluate(0.002)
+    assert skin.pace == pytest.approx(min(0.005 / 0.1, 0.02 / 0.5, 0.005 / 0.2), rel=1e-4)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_no_skin_moves_farther_than_told_within_the_pace(seed):
+    """Free segments over a plane: a point moves no farther than allowed, or than it was away."""
+    rng = np.random.default_rng(seed)
+    local, of = rng.uniform(-0.1, 0.1, (200, 3)), np.repeat([0, 1], 100)
+    centre = np.array([local[of == j].mean(axis=0) for j in (0, 1)])
+    radius = np.array([np.linalg.norm(local[of == j] - centre[j], axis=1).max() for j in (0, 1)])
+    near = NearSolid(*half_space(), np.arange(201), of, centre, radius)
+    skin = SimpleNamespace(
+        rotations=np.tile(np.eye(3), (2, 1, 1)), velocities=rng.normal(size=(2, 6)),
+        positions=np.array([[0, 0, 0.1], [0, 0, 0.27]]),
+    )
+    world = local + skin.positions[of]
+    vertices = world.copy()
+    near.update(skin, STILL, 0.01, lambda indices: None, vertices)
+    motion = 0.02
+    pace = near.pace(skin, STILL, motion)
+    velocity = skin.velocities[of, :3] + np.cross(skin.velocities[of, 3:], local)
+    way = pace * np.linalg.norm(velocity, axis=1)
+    assert np.all(way <= np.maximum(motion, world[:, 2]) * (1 + 1e-6))
+    assert pace > 0.2 * motion / np.linalg.norm(velocity, axis=1).max()
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -99,7 +131,7 @@ def settled(design_with, longest):
 
 def test_adaptive_steps_end_where_short_ones_do(design_with):
     """As with steps of 1 ms: in place to 2 mm, in the force that carries him to 1 %."""
-    short, adaptive = (settled(design_with, longest) for longest in (0.001, 0.008))
+    short, adaptive = (settled(design_with, longest) for longest in (0.001, 0.016))
     assert short.status == adaptive.status == "ok"
     place = [run.q[-1, :3] - run.device_position[-1] for run in (short, adaptive)]
     assert place[1] == pytest.approx(place[0], abs=2e-3)

@@ -282,7 +282,7 @@ class AdaptiveStep(Strict):
         Positive, Field(description="no step is shorter; longest_s halved so many times")
     ]
     motion_m: Annotated[
-        Positive, Field(description="no skin moves farther on its support within one step")
+        Positive, Field(description="no skin that touches moves farther within one step")
     ]
 
     @model_validator(mode="after")

@@ -10,8 +10,9 @@ from simcore.contact.layer import SHEAR_SHARE, pressure_and_slope
 @compiled
 def foundation_forces(
     listed, points, velocities, values, origin, spacing, rotation, position, linear_velocity,
-    turn, area, soft, modulus, thickness, give, stiffening, damping_time, friction, lag, anchor,
-    closed, force, normal_force, normals, along, across, depths, steepness, sticks, stretch, slid,
+    turn, area, soft, modulus, thickness, give, stiffening, damping_time, friction, lag, motion,
+    anchor, closed, force, normal_force, normals, along, across, depths, steepness, sticks,
+    stretch, slid,
 ):
     """Write the force of a solid on each listed skin vertex.
 
@@ -41,6 +42,8 @@ def foundation_forces(
         Of `simcore.contact.layer.pressure_and_slope`.
     friction, lag : float
         µ, and the time after which an implicit step wants to know the force [s].
+    motion : float
+        How far skin that touches may move within a step [m].
     anchor : (n, 3) float64
         Where the spring of each vertex is tied, frame of the solid [m]: e is the way from there
         along the surface. Put on the vertex when it touches, kept as deep as the vertex is,
@@ -68,8 +71,10 @@ def foundation_forces(
         Deepest vertex, −1 without contact.
     pressed : (p,) int64
         Vertices that bear force or are inside.
+    pace : float
+        Time within which none moves farther than `motion`, or than it is away [s] (Eq. I3).
     """
-    count, depth_max, deepest = 0, 0.0, -1
+    count, depth_max, deepest, fastest = 0, 0.0, -1, 0.0
     pressed, pressed_count = np.empty(listed.size, np.int64), 0
     for i in listed:
         force[i, 0] = force[i, 1] = force[i, 2] = normal_force[i] = 0.0
@@ -80,6 +85,8 @@ def foundation_forces(
         u, v, w = _relative_velocity(
             i, points, velocities, rotation, position, linear_velocity, turn)
         depth, rate = -distance, -(gx * u + gy * v + gz * w)
+        room = max(distance, motion)
+        fastest = max(fastest, (u * u + v * v + w * w) / (room * room))
         depths[i] = depth
         if depth > 0.0:
             pressure, slope = pressure_and_slope(
@@ -122,7 +129,7 @@ def foundation_forces(
         across[i] = cut * lag * shear * (lag + damping_time[i])
         sticks[i] = cut == 1.0
         _turn(rotation, normal * gx + fx, normal * gy + fy, normal * gz + fz, i, force)
-    return count, depth_max, deepest, pressed[:pressed_count].copy()
+    return count, depth_max, deepest, pressed[:pressed_count].copy(), 1.0 / np.sqrt(fastest)
 
 
 @compiled

@@ -9,7 +9,7 @@ from simcore.contact.segment_motion import motion_bound, skin_speeds, write_rela
 OUTER_REACH = 0.08
 """Vertices nearer to the solid than this are looked at when the list is made anew [m]."""
 
-INNER_REACH, HEADWAY = 0.001, 8.0
+INNER_REACH, HEADWAY = 0.001, 2.0
 """Of what is nearer than this [m], and so many times the way the fastest skin makes in the time
 looked ahead, it is asked at every step whether it can touch. Tuned for time, as is `OUTER_REACH`,
 without effect on the result."""
@@ -50,7 +50,7 @@ class NearSolid:
         self.listed = self._all[:0]
         self.rebuilds = 0
 
-    def update(self, segments, device, lag: float, pose, vertices: np.ndarray) -> None:
+    def update(self, segments, device, ahead: float, pose, vertices: np.ndarray) -> None:
         """Make the list valid for the present poses, and for a time from now.
 
         Parameters
@@ -58,7 +58,7 @@ class NearSolid:
         segments : SegmentViews
             After forward kinematics with velocities.
         device : DeviceState
-        lag : float
+        ahead : float
             No skin vertex that would touch within this time, as it moves now, is left out [s].
         pose : callable
             Writes given skin vertices into `vertices`.
@@ -69,32 +69,28 @@ class NearSolid:
         inner, outer = self._inner, self._outer
         outer_stale, inner_stale = _stale(
             *at, segments.velocities, device.linear_velocity, device.angular_velocity,
-            *self._balls, lag, outer.pose, outer.allowance, inner.pose, inner.allowance,
+            *self._balls, ahead, outer.pose, outer.allowance, inner.pose, inner.allowance,
             self._ways, self._spent,
         )
         if outer_stale:
-            ahead = float(self._ways.max()) if lag else 0.0
-            outer.look(self._all, at, OUTER_REACH + HEADWAY * ahead, pose, vertices)
+            way = float(self._ways.max())
+            outer.look(self._all, at, OUTER_REACH + HEADWAY * way, pose, vertices)
             inner.take(outer)
             self.rebuilds += 1
         if outer_stale or inner_stale:
-            ahead = float(self._ways[outer.used].max(initial=0.0))
-            inner.look(outer.near, at, INNER_REACH + HEADWAY * ahead, pose, vertices)
+            way = float(self._ways[outer.used].max(initial=0.0))
+            inner.look(outer.near, at, INNER_REACH + HEADWAY * way, pose, vertices)
             self._spent[:] = self._ways
         self.listed = inner.touchable(self._spent)
 
-    def speed_and_clearance(self, segments, device) -> tuple[np.ndarray, np.ndarray]:
-        """Return of the skin of each segment (m,), relative to the solid:
-
-        how fast it is at most [m/s], and how far away at least [m].
-        """
-        outer, clearance = self._outer, np.empty(len(self._ways))
-        _speed_and_clearance(
+    def pace(self, segments, device, motion: float) -> float:
+        """Return the time within which no skin moves farther than told, or than it is away [s]."""
+        outer = self._outer
+        return _pace(
             segments.rotations, segments.positions, device.rotation, device.position,
             segments.velocities, device.linear_velocity, device.angular_velocity, *self._balls,
-            outer.pose, outer.clearance, self._ways, clearance,
+            outer.pose, outer.clearance, motion,
         )
-        return self._ways, clearance
 
 
 class _Tier:
@@ -142,12 +138,12 @@ class _Tier:
 @compiled
 def _stale(
     rotations, positions, rotation, position, velocities, linear_velocity, turn, centre, radius,
-    lag, outer_pose, outer_allowance, inner_pose, inner_allowance, ways, spent,
+    ahead, outer_pose, outer_allowance, inner_pose, inner_allowance, ways, spent,
 ):
     """Return whether skin outside of each tier may have moved so far as to touch, or will so soon.
 
-    Writes how far each segment's skin goes within the lag (m,) [m], and together with what it has
-    moved since the inner tier looked.
+    Writes how far each segment's skin goes in the time ahead (m,) [m], and together with what it
+    has moved since the inner tier looked.
     """
     now = np.empty((rotations.shape[0], 3, 4))
     write_relative(rotations, positions, rotation, position, now)
@@ -155,7 +151,7 @@ def _stale(
         rotations, positions, velocities, position, linear_velocity, turn, centre, radius, ways)
     outer = inner = False
     for j in range(now.shape[0]):
-        ways[j] *= lag
+        ways[j] *= ahead
         since = motion_bound(now[j], outer_pose[j], centre[j], radius[j])
         outer = outer or since + ways[j] > outer_allowance[j]
         spent[j] = motion_bound(now[j], inner_pose[j], centre[j], radius[j]) + ways[j]
@@ -164,18 +160,20 @@ def _stale(
 
 
 @compiled
-def _speed_and_clearance(
+def _pace(
     rotations, positions, rotation, position, velocities, linear_velocity, turn, centre, radius,
-    pose, then, speed, clearance,
+    pose, clearance, motion,
 ):
-    """Write each segment's speed, and what its motion since has left of its clearance then."""
-    now = np.empty((rotations.shape[0], 3, 4))
+    """Return the least of the segments' times for a motion, or for what is left of a clearance."""
+    now, speed = np.empty((rotations.shape[0], 3, 4)), np.empty(rotations.shape[0])
     write_relative(rotations, positions, rotation, position, now)
     skin_speeds(
         rotations, positions, velocities, position, linear_velocity, turn, centre, radius, speed)
+    least = np.inf
     for j in range(now.shape[0]):
-        since = motion_bound(now[j], pose[j], centre[j], radius[j])
-        clearance[j] = max(then[j] - since, 0.0)
+        left = clearance[j] - motion_bound(now[j], pose[j], centre[j], radius[j])
+        least = min(least, max(left, motion) / speed[j])
+    return least
 
 
 @compiled

@@ -121,12 +121,12 @@ class Block:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return force (3,) and impedance (3, 3) for an implicit step."""
         still, self._posed = self._still, q + self._skin
-        *_, self._pressed = foundation_forces(
+        *_, self._pressed, _ = foundation_forces(
             self._listed, self._posed, np.tile(v, (len(self._skin), 1)), *self._field,
             self.rotation, still, still, still, *self._flesh, self.friction,
-            IMPLICITNESS * self.step, self._anchor, self._closed, self.force, self.normal_force,
-            self.normals, self._along, self._across, self._depths, self._steepness, self._sticks,
-            self._stretch, self._slid,
+            IMPLICITNESS * self.step, np.inf, self._anchor, self._closed, self.force,
+            self.normal_force, self.normals, self._along, self._across, self._depths,
+            self._steepness, self._sticks, self._stretch, self._slid,
         )
         across, along = self._across.sum(), self._along.sum()
         normal = self.rotation[:, 2]
