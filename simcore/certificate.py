@@ -61,8 +61,8 @@ def change_text(name: str, change: float) -> str:
         return "changes" if change else "same"
     units = METRICS[name].units
     if units not in ABSOLUTE:
-        return f"{100 * change:+.1f} %".replace("-", "−")
-    return f"{change:+.3f}{' rad' * (units == 'rad')}".replace("-", "−")
+        return f"{_signed(100 * change, 1)} %"
+    return f"{_signed(change, 3)}{' rad' * (units == 'rad')}"
 
 
 def figures_of(figures: xr.Dataset, certificate: xr.Dataset) -> list[str]:
@@ -72,6 +72,12 @@ def figures_of(figures: xr.Dataset, certificate: xr.Dataset) -> list[str]:
         if np.isfinite(figures[name].item())
         or np.nan_to_num(certificate["change"].sel(metric=name).values).any()
     ]  # fmt: skip
+
+
+def _signed(value: float, digits: int) -> str:
+    """Return a number with its sign, which 0 has none of."""
+    text = f"{value:+.{digits}f}"
+    return text.replace("-", "−") if float(text) else text[1:]
 
 
 def tolerance_text(name: str) -> str:

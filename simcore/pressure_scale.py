@@ -9,7 +9,7 @@ UNLOADED_COLOUR = (0.78, 0.78, 0.78)
 PRESSURE_SHARE_MIN = 0.03
 """Pressures fade in up to this share of the scale, so that their edge is not jagged."""
 
-SCALE_STEPS = np.array([1, 1.5, 2, 3, 4, 5, 6, 8, 10])
+SCALE_STEPS = np.array([1, 1.5, 2, 2.5, 3, 3.5, 4, 5, 6, 8, 10])
 """Leading digits that the end of a pressure scale may have."""
 
 STOPS = np.concatenate([np.linspace(0, PRESSURE_SHARE_MIN, 4)[:-1],

@@ -91,19 +91,16 @@ def test_best_design_serves_the_worst_off_body_and_avoids_failures(tmp_path):
         (lambda place: 0.5, "All 8 candidates held their body."),
         (
             by_angle(a0=0.1, a4=0.4, a7=0.3, a10=0.2),
-            "All 8 candidates held their body; pressed least at support angle 4°, with a peak of "
-            "12.0 kPa.",
+            "All 8 candidates held their body; best is support angle 4°.",
         ),
         (lambda place: -0.5, "No design holds any body: 8 of 8 candidates fell."),
         (
             by_angle(a0=-1, a4=0.1, a7=0.2, a10=0.3),
-            "Support angle 4° to 10° holds both bodies; pressed least at support angle 10°, with a "
-            "peak of 14.0 kPa.",
+            "Support angle 4° to 10° holds both bodies; best is support angle 10°.",
         ),
         (
             by_angle(a0=0.1, a4=-1, a7=0.2, a10=0.2),
-            "Support angle 0°, 7° to 10° holds both bodies; pressed least at support angle 7°, "
-            "with a peak of 16.0 kPa.",
+            "Support angle 0°, 7° to 10° holds both bodies; best is support angle 7°.",
         ),
         (by_angle(a0=-1, a4=-1, a7=-1, a10=0.3), "Support angle 10° holds both bodies."),
         (
@@ -227,7 +224,9 @@ def test_devices_are_an_axis_of_names(tmp_path):
     both = SLING | {"devices": tuple(pressed)}
     ds = make_dataset(tmp_path, lambda place: pressed[place["device"]], **both)
     assert best_design(ds) == gentlest_design(ds) == {"device": "robotic_lift"}
-    assert headline(ds).endswith("pressed least at device robotic_lift, with a peak of 12.0 kPa.")
+    assert headline(ds).endswith("held their body; best is robotic_lift.")
+    assert best_sentence(ds).endswith("peak pressure is 12.0 kPa (male_172_70), the lowest of all "
+                                      "that hold.")
     assert {each.coordinates["device"] for each in choose_exemplars(ds)} == set(pressed)
     assert len(choose_exemplars(ds)) == 4
     assert "--set device=robotic_lift" in simulate_command("made_up", best_design(ds))
@@ -281,8 +280,16 @@ def test_trust_tells_steadiness_and_that_a_sheet_counts(tmp_path):
             lambda place: {0: -0.5, 4: 0.2, 7: 0.6, 10: 0.3}[place["support_angle_deg"]]
             - 0.1 * (place["body"] == BODIES[1]),
             {"axes": ANGLES},
-            "Best is support angle 7°: it holds both bodies and leaves the largest margin to a "
-            "fall, 0.50 at the least (female_142_40); the peak pressure is 10.0 kPa (male_172_70).",
+            "It leaves the largest margin to a fall: 0.50 (female_142_40), where 1 is unmoved and "
+            "0 about to fall. Its peak pressure is 10.0 kPa (male_172_70), the lowest of all that "
+            "hold.",
+        ),
+        (
+            lambda place: {0: 0.5, 4: 0.5, 7: 0.5, 10: 0.2}[place["support_angle_deg"]],
+            {"axes": ANGLES, "bodies": BODIES[:1]},
+            "It leaves the largest margin to a fall: 0.50, where 1 is unmoved and 0 about to fall; "
+            "2 other designs come within 0.05 of it. Its peak pressure is 10.0 kPa, the lowest of "
+            "all that hold.",
         ),
         (
             lambda place: -1.1 + 0.1 * place["support_angle_deg"],

@@ -5,9 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from simcore.certificate import FIGURES, change_text, figures_of, passes, tolerance_text
+from simcore.certificate import (
+    ABSOLUTE,
+    FIGURES,
+    change_text,
+    figures_of,
+    passes,
+    tolerance_text,
+)
 from simcore.config import VARIANTS
-from simcore.metrics import STATUS
+from simcore.metrics import METRICS, STATUS
 from simcore.report.quantities import NOT_KNOWN, QUANTITIES, axes_of, coordinates_at, place_text
 from simcore.report.verdicts import MARKS, verdicts_of
 
@@ -102,8 +109,14 @@ def _line(figures: xr.Dataset, name: str) -> Line:
 
 
 def _shown(name: str, change: float) -> str:
-    if QUANTITIES.get(name) and QUANTITIES[name].unit == "°" and np.isfinite(change):
-        return f"{'+' * (change >= 0)}{QUANTITIES[name].text(change)}"
+    """Return a change as read, in the unit of the value where it is a difference."""
+    quantity = QUANTITIES.get(name)
+    if quantity and METRICS[name].units in ABSOLUTE and quantity.unit and np.isfinite(change):
+        text = quantity.text(change)
+        if quantity.unit == "%":  # of the energy, the load: not of the value
+            text = text.replace("%", "points")
+        nothing = round(quantity.factor * change, quantity.digits) == 0
+        return text.removeprefix("−") if nothing else f"{'+' * (change > 0)}{text}"
     return change_text(name, change)
 
 

@@ -33,9 +33,9 @@ NOTES = {
     "topple_margin": "How far the upper body leans back over the hips at the least: at 0° nothing "
     "but the stiffness of the joints keeps it from tipping forward; at 90° it lies.",
     "peak_pressure": "Highest pressure over a sensor's cell of skin, until the end or the fall.",
-    "peak_shear": "Highest tangential force over the same cells, per area.",
+    "peak_shear": "Highest tangential force per area over the same cells: what pulls at the skin.",
     "peak_edge_distance": "Where the mat reads most at rest: how far from the hem of the sheet.",
-    "peak_strap_force": "Greatest tension of any strap.",
+    "peak_strap_force": "Greatest tension of any strap, until the end or the fall.",
 }
 """Metric of each chart → what a reader must know; left out where no candidate has the metric."""
 
@@ -117,7 +117,8 @@ def charts_of(ds: xr.Dataset) -> list[Chart]:
             Chart(
                 "region-pressure",
                 "Peak pressure by body region",
-                "Until the end or the fall; regions never pressed are left out." + line.note,
+                "Highest pressure in each region until the end or the fall; regions never pressed "
+                "are left out." + line.note,
                 regions,
             )
         )
@@ -219,7 +220,7 @@ def _heat_maps(part: Slice, name: str) -> dict[str, go.Figure]:
             x=across.ticks,
             y=down.ticks,
             z=quantity.factor * values,
-            text=np.vectorize(MARKS.get)(words),
+            text=_cell_texts(quantity, words, values),
             texttemplate="%{text}",
             customdata=np.dstack(
                 [words, np.vectorize(quantity.text)(values), names.sel(body=body).values]
@@ -234,6 +235,15 @@ def _heat_maps(part: Slice, name: str) -> dict[str, go.Figure]:
         figure.update_yaxes(title=down.label, type="category", showgrid=False)
         figures[body] = finish(figure, 130 + 36 * max(len(down.values), 5))
     return figures
+
+
+def _cell_texts(quantity: Quantity, verdicts: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return what stands in each cell of a map: the sign of the verdict, and the value."""
+    def told(verdict: str, value: float) -> str:
+        number = quantity.text(value).removesuffix(quantity.unit).rstrip()
+        return MARKS[verdict] + (f" {number}" if np.isfinite(value) else "")
+
+    return np.vectorize(told, otypes=[object])(verdicts, values)
 
 
 def _region_maps(part: Slice) -> dict[str, go.Figure]:

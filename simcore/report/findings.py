@@ -5,6 +5,7 @@ import json
 import numpy as np
 import xarray as xr
 
+from simcore.certificate import TOLERANCES
 from simcore.report.quantities import QUANTITIES, Axis, axes_of, place_text
 from simcore.report.verdicts import (
     FAILED,
@@ -25,11 +26,14 @@ CAVEAT = (
     "of much simplified flesh; they are no measure of clinical risk."
 )
 
+CLOSE = TOLERANCES["fall_margin"]
+"""Fall margins that differ by less are alike: so much may a finer mesh change them."""
+
 _PRESSURE = QUANTITIES["peak_pressure"]
 
 
 def headline(ds: xr.Dataset) -> str:
-    """Return the finding of the whole study in one sentence."""
+    """Return the finding of the whole study in one sentence: which designs hold, and the best."""
     verdicts = verdicts_of(ds)
     counts = {name: int((verdicts == name).sum()) for name in (HELD, FELL, FAILED)}
     total, held = verdicts.size, counts[HELD]
@@ -38,7 +42,7 @@ def headline(ds: xr.Dataset) -> str:
     bodies, whom = ds.sizes["body"], _whom(ds)
     if held == total:
         whose = "its" if total == 1 else "their"
-        return f"{_all(total).capitalize()} held {whose} body{_pressed_least(ds)}."
+        return f"{_all(total).capitalize()} held {whose} body{_and_best(ds)}."
     if not held:
         failed = f"; {counts[FAILED]} failed" if counts[FAILED] else ""
         return f"No design holds {'the body' if bodies == 1 else 'any body'}: " + (
@@ -52,14 +56,14 @@ def headline(ds: xr.Dataset) -> str:
     if axis is not None and good.dims == (axis.name,):
         values = sorted(value for value, ok in zip(axis.values, good.values, strict=True) if ok)
         which = f"{axis.title.capitalize()} {_listed(axis, values)}"
-        return f"{which} holds {whom}{_pressed_least(ds)}."
-    return f"{designs}{_pressed_least(ds)}."
+        return f"{which} holds {whom}{_and_best(ds)}."
+    return f"{designs}{_and_best(ds)}."
 
 
 def best_sentence(ds: xr.Dataset) -> str:
-    """Return which design is best, and why; empty where there is no choice."""
+    """Return why the best design is best, and which presses least; empty without a choice."""
     best = best_design(ds)
-    if not best or all(len(axis.values) == 1 for axis in axes_of(ds) if axis.name != "body"):
+    if not best or not _has_choice(ds):
         return ""
     figures, holds = ds.sel(best), bool(holds_every_body(ds).sel(best))
     bodies = ds["body"].values.tolist()
@@ -67,14 +71,15 @@ def best_sentence(ds: xr.Dataset) -> str:
     least, most = int(np.nanargmin(margins)), int(np.nanargmax(peaks))
     several = len(bodies) > 1
     margin = f"{margins[least]:.2f}".replace("-", "−")
-    margin += f" at the least ({bodies[least]})" if several else ""
-    pressure = _PRESSURE.text(peaks[most]) + (f" ({bodies[most]})" if several else "")
+    margin += f" ({bodies[least]})" if several else ""
     place = _design_text(ds, best)
     if not holds:
         return f"Nearest to holding {_whom(ds)} is {place}: its fall margin is {margin}."
+    pressure = _PRESSURE.text(peaks[most]) + (f" ({bodies[most]})" if several else "")
     return (
-        f"Best is {place}: it holds {_whom(ds)} and leaves the largest margin to a fall, {margin}; "
-        f"the peak pressure is {pressure}."
+        f"{'It' if _and_best(ds) else _capital(place)} leaves the largest margin to a fall: "
+        f"{margin}, where 1 is unmoved and 0 about to fall{_and_close(ds)}. "
+        f"Its peak pressure is {pressure}{_pressed_least(ds)}."
     )
 
 
@@ -104,7 +109,7 @@ def fall_reason(figures: xr.Dataset) -> str:
     if figures["fell"].item() > 0.5:
         time = figures["fall_time"].item()
         when = (
-            "while settling, before the device moved"
+            f"while settling, {-time:.1f} s before the device moved"
             if time < 0
             else f"{time:.1f} s after the device started to move"
         )
@@ -145,17 +150,47 @@ def _body_sentence(ds: xr.Dataset, axes: tuple[Axis, ...], body: str, threshold)
     return " ".join(parts) + _on_the_bed(figures)
 
 
-def _pressed_least(ds: xr.Dataset) -> str:
-    """Return which design presses least the body that it presses most, of those that hold all.
+def _and_best(ds: xr.Dataset) -> str:
+    """Return which design is best; empty where that is no choice, or it drops a body."""
+    best, margins = best_design(ds), _least_margins(ds)
+    if not _has_choice(ds) or len(set(margins)) < 2 or not holds_every_body(ds).sel(best):
+        return ""
+    return f"; best is {_design_text(ds, best)}"
 
-    Empty where they all do alike, or only one is left.
+
+def _and_close(ds: xr.Dataset) -> str:
+    """Return how many designs are as good as the best within what a finer mesh may change."""
+    margins = _least_margins(ds)
+    close = int((margins >= margins.max() - CLOSE).sum()) - 1
+    if close < 1:
+        return ""
+    others = "one other design comes" if close == 1 else f"{close} other designs come"
+    return f"; {others} within {CLOSE:g} of it"
+
+
+def _least_margins(ds: xr.Dataset) -> np.ndarray:
+    """Return the least fall margin over the bodies, as shown, of each design that holds all."""
+    margins = ds["fall_margin"].min("body").where(holds_every_body(ds)).values
+    return np.round(margins[np.isfinite(margins)], 2)
+
+
+def _has_choice(ds: xr.Dataset) -> bool:
+    return any(len(axis.values) > 1 for axis in axes_of(ds) if axis.name != "body")
+
+
+def _pressed_least(ds: xr.Dataset) -> str:
+    """Return which other design presses least the body that it presses most, of those that hold.
+
+    Empty where all press alike.
     """
     peak = ds["peak_pressure"].max("body").where(holds_every_body(ds))
     if len({_PRESSURE.text(value) for value in peak.values.ravel() if np.isfinite(value)}) < 2:
         return ""
     gentlest = gentlest_design(ds)
+    if gentlest == best_design(ds):
+        return ", the lowest of all that hold"
     most = _PRESSURE.text(peak.sel(gentlest).item())
-    return f"; pressed least at {_design_text(ds, gentlest)}, with a peak of {most}"
+    return f"; {_design_text(ds, gentlest)} presses least, {most}"
 
 
 def _on_the_bed(figures: xr.Dataset) -> str:
@@ -170,6 +205,11 @@ def _design_text(ds: xr.Dataset, coordinates: dict) -> str:
     return place_text(
         axes_of(ds), {name: value for name, value in coordinates.items() if name != "body"}
     )
+
+
+def _capital(text: str) -> str:
+    """Return words with a capital, but a name of a design as it is."""
+    return text if "_" in text.split()[0] else text[:1].upper() + text[1:]
 
 
 def _listed(axis: Axis, values: list) -> str:

@@ -78,10 +78,12 @@ def _page(ds: xr.Dataset, missing: list[str], folder: Path, root: Path) -> str:
     scale = common_scale(ds, [run for run in runs.values() if isinstance(run, Run)])
     galleries = take_pictures(exemplars, list(runs.values()), scale)
     pair = first_pair(ds)
+    shown = [_gallery(ds, gallery) for gallery in galleries]
     context = _context(ds) | {
+        "hero": _hero({each["id"]: each for each in shown}, pair),
         "first": pair[0] if pair else ds["candidate"].values.flat[0],
         "missing": missing,
-        "galleries": [_gallery(ds, gallery) for gallery in galleries],
+        "galleries": shown,
         "scale": _scale(scale),
         "player": "",
         "assets": "",
@@ -93,8 +95,8 @@ def _page(ds: xr.Dataset, missing: list[str], folder: Path, root: Path) -> str:
     room = PAGE_MAX - len(template.render(context).encode())
     replays = embed(ds, pair, runs, folder, root, scale, room)
     if replays.runs:
-        shown = [name for name in pair if name in replays.runs] or replays.runs[:1]
-        context |= {"player": replays.fragment(shown), "assets": replays.assets()}
+        beside = [name for name in pair if name in replays.runs] or replays.runs[:1]
+        context |= {"player": replays.fragment(beside), "assets": replays.assets()}
     return template.render(context)
 
 
@@ -207,6 +209,18 @@ def _gallery(ds: xr.Dataset, gallery: Gallery) -> dict:
         "missing": gallery.missing,
         "regions": region_table(figures),
     }
+
+
+def _hero(galleries: dict[str, dict], pair: list[str]) -> list[dict]:
+    """Return the pictures at the top: the best design, where it presses, and what it beats."""
+    pictured = [galleries[name] for name in pair if name in galleries and not
+                galleries[name]["missing"]]
+    told = [{**each, "picture": each["pictures"][0], "told": each["why"]} for each in pictured]
+    if told and pictured[0]["id"] == pair[0] and len(pictured[0]["pictures"]) > 1:
+        pressed = pictured[0]["pictures"][1]
+        where = {"mark": "", "place": "Where that presses", "told": pressed.caption}
+        told.insert(1, {"picture": pressed, **where})
+    return told
 
 
 def _scale(end: float) -> dict:

@@ -14,7 +14,14 @@ from simcore.report.charts import Chart
 from simcore.report.exemplars import Exemplar
 from simcore.report.mat import mat_chart
 from simcore.report.quantities import QUANTITIES
-from simcore.report.render import Camera, Mesh, frame_points, render, render_coloured
+from simcore.report.render import (
+    Camera,
+    Mesh,
+    frame_points,
+    render,
+    render_coloured,
+    vertex_normals,
+)
 from simcore.report.runs import Run
 from simcore.report.sling_pictures import sling_meshes
 from simcore.report.verdicts import HELD, verdicts_of
@@ -35,6 +42,9 @@ the side than from the front, for the sheet hides a body between its hems."""
 PRESSURE_VIEWS = {"back": (-0.7, -0.3, -0.65), "front": (0.7, 0.3, 0.65)}
 """Direction from the body to the camera of a pressure map, device frame: from behind and below,
 where it is carried, and from ahead and above."""
+
+SHOWN_SHARE = 0.1
+"""A side whose skin is nowhere pressed by more than this share of the scale is left out."""
 
 SIZE = 360
 """Width and height of a picture [pixel]."""
@@ -78,7 +88,7 @@ def take_pictures(
     cameras = {}  # one place to stand for each kind of device
     for kind in {_kind(run) for run in shown}:
         alike = [run for run in shown if _kind(run) == kind]
-        cameras[kind] = _scene_camera(alike), _body_cameras(alike)
+        cameras[kind] = _scene_camera(alike), _body_cameras(alike, scale)
     return [
         Gallery(each, (), None, run)
         if isinstance(run, str)
@@ -126,23 +136,32 @@ def _scene_camera(runs: list[Run]) -> Camera:
     )
 
 
-def _body_cameras(runs: list[Run]) -> dict[str, Camera]:
-    points = np.concatenate([_pressed_body(run) for run in runs])
+def _body_cameras(runs: list[Run], scale: float) -> dict[str, Camera]:
+    """Return a camera for each side on which any of the runs presses the skin."""
+    bodies = [(run, _pressed_body(run)) for run in runs]
+    points = np.concatenate([skin for _, skin in bodies])
     return {
         side: frame_points(points, np.array(view), SIZE, SIZE)
         for side, view in PRESSURE_VIEWS.items()
+        if any(_is_pressed(run, skin, np.array(view), scale) for run, skin in bodies)
     }
 
 
+def _is_pressed(run: Run, skin: np.ndarray, view: np.ndarray, scale: float) -> bool:
+    """Return whether skin (n, 3) that is turned to a camera is pressed so that it shows."""
+    facing = vertex_normals(skin, run.body.skin.faces) @ view > 0.5 * np.linalg.norm(view)
+    return bool((run.pressure_peak[facing] > SHOWN_SHARE * scale).any())
+
+
 def _pressed_body(run: Run) -> np.ndarray:
-    """Return the skin (n, 3) of a pressure map in the frame of what moves [m]: alike in all runs.
+    """Return the skin (n, 3) of a pressure map in the frame of what moves, about its middle [m].
 
     On a rigid lift as it sat at the start; in a sling as it hung at the end of its support.
     """
     hung = "fall" if run.fell else "end"
     moment = hung if run.net else "start"
-    state = run.moved(moment)
-    return (run.skin(moment) - state.position) @ state.rotation
+    skin = run.skin(moment) @ run.moved(moment).rotation
+    return skin - (skin.min(axis=0) + skin.max(axis=0)) / 2
 
 
 def _meshes(run: Run, moment: str) -> list[Mesh]:
@@ -160,7 +179,8 @@ def _meshes(run: Run, moment: str) -> list[Mesh]:
 def _pictures(
     run: Run, scene_camera: Camera, body_cameras: dict[str, Camera], scale: float
 ) -> tuple[Picture, ...]:
-    time = f"{run.at('end', 'time').item():.2f} s".replace("-0.00", "0.00").replace("-", "−")
+    seconds = run.at("end", "time").item()
+    time = f"{abs(seconds):.1f} s {'after' if seconds >= 0 else 'before'} the start"
     word = "Shortly after the fall" if run.fell else "Last frame"
     seen = "body, sheet, straps, bar and bed" if run.net else "body and device"
     still = Picture(

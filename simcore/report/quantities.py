@@ -75,6 +75,9 @@ GROUPINGS = ("surface", "angles", "placement", "attachments")
 POWERS_FROM, POWERS_BELOW = 1e6, 1e-4
 """Numbers so large, or smaller, are shown with a power of ten: 4·10⁶."""
 
+NAMED = ("body", "device")
+"""Axes whose values are names that need no title."""
+
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -175,10 +178,10 @@ def path_value(path: tuple[str, ...], value: object) -> str:
 
 
 def place_text(axes: tuple[Axis, ...], coordinates: dict) -> str:
-    """Return coordinates in one line, such as "male_172_70, support angle 7°"."""
+    """Return coordinates in one line, such as "male_172_70, sling_short, support angle 7°"."""
     return ", ".join(
         str(coordinates[axis.name])
-        if axis.name == "body"
+        if axis.name in NAMED
         else f"{axis.title} {axis.text(coordinates[axis.name])}"
         for axis in axes
         if axis.name in coordinates

@@ -173,7 +173,8 @@ def _outcome(recording: Recording) -> dict[str, str]:
     if status != "ok":
         return {"verdict": "failed", "outcome": f"! failed: {status.replace('_', ' ')}"}
     if recording.frames["fell"].item() > 0.5:
-        return {"verdict": "fell", "outcome": f"✕ fell at {fall:.2f} s".replace("-", "−")}
+        when = f"at {fall:.1f} s" if fall >= 0 else f"{-fall:.1f} s before the start"
+        return {"verdict": "fell", "outcome": f"✕ fell {when}"}
     return {"verdict": "held", "outcome": "✓ held"}
 
 
