@@ -191,19 +191,20 @@ def plot(
     results: Annotated[Path, typer.Argument(help="results/STUDY, or its dataset.nc")],
     metric: Annotated[str, typer.Argument(help="such as peak_pressure: docs/dataset.md")],
     axis: Annotated[
-        str | None, typer.Option(help="along the picture [default: of most values]")
+        list[str] | None,
+        typer.Option(help="along the picture; given twice, a heat map [default: as in the report]"),
     ] = None,
     replace: Annotated[
         list[str] | None, typer.Option("--set", help="AXIS=VALUE [default: as the best design]")
     ] = None,
     out: Annotated[Path | None, typer.Option(help=".png or .svg [default: METRIC.svg]")] = None,
 ) -> None:
-    """Draw a metric over an axis of a study, bodies as series, for a publication."""
+    """Draw a metric for a publication: over one axis bodies as series, over two a heat map."""
     out = out or Path(f"{metric}.svg")
     _refuse_unwritable(out)
     from simcore.report.plot import write_plot
 
-    write_plot(results, metric, axis, _parse(replace or []), out)
+    write_plot(results, metric, axis or (), _parse(replace or []), out)
     console.print(f"written: {out}", highlight=False)
 
 

@@ -21,7 +21,7 @@ JOINTS = ("scene", "skin_contact", "joint_torque", "interaction", "sling_contact
 JOIN_DATASETS = ("frames.py", "dataset.py", "sweep.py", "certificate.py")
 
 
-SHARED = ("energy", "limits", "pressure", "pressure_scale", "provenance")
+SHARED = ("drawing", "energy", "limits", "pressure", "pressure_scale", "provenance")
 """Know no other room, but for the decorator of kernels."""
 
 

@@ -3,7 +3,7 @@
   "use strict";
   const CONFIG = { displayModeBar: false, responsive: true };
   const AHEAD = "600px"; // drawn so far before they are seen
-  const MAT_PRINTED = 340; // width of a sensor mat on paper [pixel], two of them side by side
+  const HALF_PRINTED = 340; // width on paper of a chart that stands beside another [pixel]
   const plots = [...document.querySelectorAll(".plot")];
   let selected = document.getElementById("candidate-choice").value;
 
@@ -77,11 +77,11 @@
       opened.add(each);
     });
     plots.forEach(draw);
-    plots.forEach((plot) => (plot.closest(".mat") ? Plotly.relayout(plot, { width: MAT_PRINTED }) : Plotly.Plots.resize(plot)));
+    plots.forEach((plot) => (plot.closest(".many") ? Plotly.relayout(plot, { width: HALF_PRINTED }) : Plotly.Plots.resize(plot)));
   });
   addEventListener("afterprint", () => {
     for (const plot of plots) {
-      if (plot.closest(".mat")) Plotly.relayout(plot, { width: null, autosize: true });
+      if (plot.closest(".many")) Plotly.relayout(plot, { width: null, autosize: true });
       else Plotly.Plots.resize(plot);
     }
     opened.forEach((each) => (each.open = false));

@@ -12,6 +12,7 @@ import plotly.graph_objects as go
 import xarray as xr
 
 from simcore.report.quantities import QUANTITIES, Axis, Quantity, axes_of, place_text
+from simcore.report.shades import Shades, shades_of
 from simcore.report.verdicts import FAILED, FELL, HELD, MARKS, best_design, verdicts_of
 
 SERIES_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -20,12 +21,6 @@ SERIES_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E
 DASHES = ("solid", "dash", "dot", "dashdot")
 
 MARKERS = {HELD: "circle", FELL: "x", FAILED: "triangle-down-open"}
-
-SEQUENTIAL_SCALE = "Viridis"
-MARGIN_SCALE = (
-    (0.0, "#b35806"), (0.25, "#f1a340"), (0.5, "#f7f7f7"), (0.75, "#998ec3"), (1.0, "#542788")
-)
-"""Orange where the body fell, purple where margin is left (ColorBrewer PuOr)."""
 
 NOTES = {
     "fall_margin": "1: did not move on its support; 0: about to fall. Below 0 it fell, the lower "
@@ -206,11 +201,7 @@ def _heat_maps(part: Slice, name: str) -> dict[str, go.Figure]:
     order = ("body", down.name, across.name)
     true = part.ds[name].where(verdicts != FAILED).transpose(*order)
     told, names = verdicts.transpose(*order), part.ds["candidate"].transpose(*order)
-    colours = (
-        {"colorscale": MARGIN_SCALE, "zmin": -1, "zmax": 1}
-        if name == "fall_margin"
-        else _colours_from_zero(quantity, true)
-    )
+    shades = shades_of(name, quantity, true.values)
     figures = {}
     for body in part.ds["body"].values.tolist():
         figure = go.Figure()
@@ -220,8 +211,6 @@ def _heat_maps(part: Slice, name: str) -> dict[str, go.Figure]:
             x=across.ticks,
             y=down.ticks,
             z=quantity.factor * values,
-            text=_cell_texts(quantity, words, values),
-            texttemplate="%{text}",
             customdata=np.dstack(
                 [words, np.vectorize(quantity.text)(values), names.sel(body=body).values]
             ),
@@ -229,21 +218,32 @@ def _heat_maps(part: Slice, name: str) -> dict[str, go.Figure]:
                 f"{across.title} %{{x}} {across.unit}<br>{down.title} %{{y}} {down.unit}<br>"
                 "<b>%{customdata[1]}</b>, %{customdata[0]}<extra></extra>"
             ),
-            colorbar=_colour_bar(quantity), xgap=1, ygap=1, **colours,
+            colorbar=_colour_bar(quantity), xgap=1, ygap=1, **shades.for_plotly,
         )
-        figure.update_xaxes(title=across.label, type="category", showgrid=False)
-        figure.update_yaxes(title=down.label, type="category", showgrid=False)
+        _write_cells(figure, across, down, quantity, shades, words, values)
+        for update, axis in ((figure.update_xaxes, across), (figure.update_yaxes, down)):
+            update(title=axis.label, type="category", showgrid=False,
+                   range=[-0.5, len(axis.values) - 0.5])
         figures[body] = finish(figure, 130 + 36 * max(len(down.values), 5))
     return figures
 
 
-def _cell_texts(quantity: Quantity, verdicts: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return what stands in each cell of a map: the sign of the verdict, and the value."""
-    def told(verdict: str, value: float) -> str:
-        number = quantity.text(value).removesuffix(quantity.unit).rstrip()
-        return MARKS[verdict] + (f" {number}" if np.isfinite(value) else "")
-
-    return np.vectorize(told, otypes=[object])(verdicts, values)
+def _write_cells(
+    figure: go.Figure, across: Axis, down: Axis, quantity: Quantity, shades: Shades,
+    verdicts: np.ndarray, values: np.ndarray,
+) -> None:
+    """Write the sign of the verdict and the value into each cell, in ink that can be read on it."""
+    words, inks = [], []
+    for verdict, value in zip(verdicts.ravel(), values.ravel(), strict=True):
+        known = np.isfinite(value)
+        number = quantity.text(value).removesuffix(quantity.unit).rstrip() if known else ""
+        words.append(f"{MARKS[verdict]} {number}".rstrip())
+        inks.append(shades.ink(quantity.factor * value) if known else "#888")
+    places = [(x, y) for y in down.ticks for x in across.ticks]
+    figure.add_scatter(
+        x=[x for x, _ in places], y=[y for _, y in places], text=words, mode="text",
+        textfont={"color": inks, "size": 12}, hoverinfo="skip", showlegend=False,
+    )
 
 
 def _region_maps(part: Slice) -> dict[str, go.Figure]:
@@ -256,6 +256,7 @@ def _region_maps(part: Slice) -> dict[str, go.Figure]:
     if not pressed.any():
         return {}
     true = true.isel(region=np.flatnonzero(pressed)[::-1])
+    shades = shades_of("region_peak_pressure", quantity, true.values)
     figures = {}
     for body in ds["body"].values.tolist() if part.shown else [""]:
         figure = go.Figure()
@@ -271,17 +272,12 @@ def _region_maps(part: Slice) -> dict[str, go.Figure]:
                 f"%{{y}}, {axis.title} %{{x}} {axis.unit}<br><b>%{{z:.1f}} {quantity.unit}</b>"
                 "<extra></extra>"
             ),
-            colorbar=_colour_bar(quantity), xgap=1, ygap=1, **_colours_from_zero(quantity, true),
+            colorbar=_colour_bar(quantity), xgap=1, ygap=1, **shades.for_plotly,
         )
         figure.update_xaxes(title=axis.label, type="category", showgrid=False)
         figure.update_yaxes(title="Body region", showgrid=False, ticksuffix=" ")
         figures[body] = finish(figure, 110 + 24 * max(int(pressed.sum()), 6))
     return figures
-
-
-def _colours_from_zero(quantity: Quantity, true: xr.DataArray) -> dict:
-    low, high = (quantity.factor * float(bound) for bound in (true.min(), true.max()))
-    return {"colorscale": SEQUENTIAL_SCALE, "zmin": min(low, 0), "zmax": high}
 
 
 def _colour_bar(quantity: Quantity) -> dict:

@@ -61,13 +61,13 @@ def _map(run: Run, reading: np.ndarray, scale: float) -> go.Figure:
     else:
         figure.add_hline(y=0, line={"color": LINE_COLOUR, "width": 1.5, "dash": "dot"})
     low, high = x.min() - BORDER, x.max() + BORDER
-    along = "Along the sheet, from its head edge" if run.net else "From the corner of seat and back"
+    along = "Along, from the head edge" if run.net else "Along, from the corner of the seat"
     figure.update_yaxes(
         title=f"{along} [cm]", range=[high, low], scaleanchor="x", constrain="domain",
         zeroline=False, showgrid=False,
     )
     figure.update_xaxes(
-        title="Across, from the middle to the left [cm]", constrain="domain", zeroline=False,
+        title="Across, to the left [cm]", constrain="domain", zeroline=False,
         showgrid=False,
     )
     finish(figure, HEIGHT)

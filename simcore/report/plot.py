@@ -1,15 +1,17 @@
-"""Dataset → one metric over one axis, bodies as series, as a picture for print."""
+"""Dataset → one metric for print: over one axis bodies as series, over two as heat maps."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
 from simcore.dataset import open_results
+from simcore.drawing import Axes, Drawing, nice_ticks
 from simcore.errors import DesignError
 from simcore.export.whole_file import write_whole
 from simcore.report.charts import DASHES, MARKERS, SERIES_COLOURS
-from simcore.report.drawing import Drawing
+from simcore.report.plot_maps import draw_maps
 from simcore.report.quantities import (
     QUANTITIES,
     SYMBOLS,
@@ -20,7 +22,6 @@ from simcore.report.quantities import (
     place_text,
 )
 from simcore.report.verdicts import FAILED, FELL, HELD, best_design, verdicts_of
-from simcore.validation.figures import nice_ticks
 
 WIDTH, HEIGHT = 640.0, 420.0
 LEFT, RIGHT, TOP, BOTTOM = 76.0, 24.0, 72.0, 62.0
@@ -39,9 +40,9 @@ FORMATS = {".svg": Drawing.to_svg, ".png": Drawing.to_png}
 
 
 def plot_metric(
-    ds: xr.Dataset, metric: str, axis: str | None, fixed: dict, suffix: str
+    ds: xr.Dataset, metric: str, along: Sequence[str], fixed: dict, suffix: str
 ) -> bytes:
-    """Return a picture of a metric over an axis of a study.
+    """Return a picture of a metric over one or two axes of a study.
 
     Parameters
     ----------
@@ -49,8 +50,9 @@ def plot_metric(
         Of a study.
     metric : str
         A variable with one figure a candidate.
-    axis : str or None
-        By default the one of most values.
+    along : sequence of str
+        Names of one axis for lines, of two for maps; by default, if it is empty, as in the report:
+        the two of most values, or the one that has several.
     fixed : dict
         Axis → value; other axes of several values are as in the best design.
     suffix : str
@@ -65,14 +67,16 @@ def plot_metric(
         raise DesignError(f"--out: {suffix or 'no ending'}; accepted: {', '.join(FORMATS)}")
     quantity = _quantity(ds, metric)
     axes = {each.name: each for each in axes_of(ds)}
-    chosen = _axis(axes, axis, fixed)
+    chosen = _chosen(axes, along, fixed)
     fixed = _fixed(ds, axes, chosen, fixed)
     part = ds.sel(fixed)
     shown = part[metric].where(verdicts_of(ds).sel(fixed) != FAILED)
     if shown.isnull().all():
         raise DesignError(f"{metric}: no candidate there has it")
-    drawing = _draw(part, metric, quantity, chosen, place_text(tuple(axes.values()), fixed))
-    return FORMATS[suffix](drawing)
+    where = place_text(tuple(axes.values()), fixed)
+    title = quantity.title + (f", {where}" if where else "")
+    draw = draw_maps if len(chosen) == 2 else _draw
+    return FORMATS[suffix](draw(part, metric, quantity, *chosen, title))
 
 
 def _quantity(ds: xr.Dataset, metric: str) -> Quantity:
@@ -88,19 +92,27 @@ def _quantity(ds: xr.Dataset, metric: str) -> Quantity:
     return QUANTITIES.get(metric) or Quantity(title[:1].upper() + title[1:], unit, 1.0, 3)
 
 
-def _axis(axes: dict[str, Axis], name: str | None, fixed: dict) -> Axis:
-    if name is None:
-        free = [each for key, each in axes.items() if key not in fixed and key != "body"]
-        return max(free, key=lambda each: len(each.values), default=axes["body"])
-    if name not in axes:
-        raise DesignError(f"--axis {name}: no axis; accepted: {', '.join(axes)}")
-    return axes[name]
+def _chosen(axes: dict[str, Axis], names: Sequence[str], fixed: dict) -> list[Axis]:
+    """Return the axes of the picture, the one of more values first."""
+    for name in names:
+        if name not in axes:
+            raise DesignError(f"--axis {name}: no axis; accepted: {', '.join(axes)}")
+    if len(names) > 2 or len(set(names)) < len(names):
+        raise DesignError(f"--axis {' --axis '.join(names)}: accepted: one axis, or two others")
+    free = [axes[name] for name in names] or [
+        each for key, each in axes.items()
+        if key not in fixed and key != "body" and len(each.values) > 1
+    ]
+    chosen = sorted(free, key=lambda each: -len(each.values))[:2]
+    return chosen or [next((each for key, each in axes.items() if key not in (*fixed, "body")),
+                           axes["body"])]
 
 
-def _fixed(ds: xr.Dataset, axes: dict[str, Axis], chosen: Axis, fixed: dict) -> dict:
+def _fixed(ds: xr.Dataset, axes: dict[str, Axis], chosen: list[Axis], fixed: dict) -> dict:
+    shown = [each.name for each in chosen]
     for name, value in fixed.items():
-        if name not in axes or name == chosen.name:
-            others = ", ".join(each for each in axes if each != chosen.name)
+        if name not in axes or name in shown:
+            others = ", ".join(each for each in axes if each not in shown)
             raise DesignError(f"--set {name}: cannot be fixed; accepted: {others}")
         if value not in axes[name].values:
             raise DesignError(f"--set {name}={value}: not in the study; accepted: "
@@ -108,11 +120,11 @@ def _fixed(ds: xr.Dataset, axes: dict[str, Axis], chosen: Axis, fixed: dict) -> 
     best = best_design(ds) or {}
     return {
         name: fixed.get(name, best.get(name, each.values[0])) for name, each in axes.items()
-        if name != chosen.name and (name != "body" or name in fixed)
+        if name not in shown and (name != "body" or name in fixed)
     }
 
 
-def _draw(part: xr.Dataset, metric: str, quantity: Quantity, axis: Axis, fixed: str) -> Drawing:
+def _draw(part: xr.Dataset, metric: str, quantity: Quantity, axis: Axis, title: str) -> Drawing:
     verdicts = verdicts_of(part)
     values = quantity.factor * part[metric].where(verdicts != FAILED)
     bodies = part["body"].values.tolist() if "body" in part.dims and axis.name != "body" else [""]
@@ -125,11 +137,11 @@ def _draw(part: xr.Dataset, metric: str, quantity: Quantity, axis: Axis, fixed: 
     entries = _legend(bodies if bodies != [""] else [], signs)
     top = TOP + LEGEND_ROW * (entries[-1][1])
     drawing = Drawing(WIDTH, HEIGHT + top - TOP)
-    drawing.text(LEFT, 24, quantity.title + (f", {fixed}" if fixed else ""), 14, bold=True)
-    across, up = _draw_axes(drawing, axis, quantity, values.values, top)
+    drawing.text(LEFT, 24, title, 14, bold=True)
+    scales = _draw_axes(drawing, axis, quantity, values.values, top)
     places = np.array(_places(axis)[0])
     for index, (_, row, told) in enumerate(series):
-        points = np.column_stack([across(places), up(row)])
+        points = np.column_stack([scales.across(places), scales.up(row)])
         order = [i for i in np.argsort(places) if np.isfinite(row[i])]
         if axis.numeric:
             drawing.line(points[order], _colour(index), 2, DASHES[index % len(DASHES)])
@@ -161,32 +173,18 @@ def _legend(bodies: list[str], signs: list[str]) -> list[tuple[float, int, str]]
 
 def _draw_axes(
     drawing: Drawing, axis: Axis, quantity: Quantity, values: np.ndarray, top: float
-) -> tuple:
-    """Draw both axes with ticks and labels; return what turns values into places on each [px]."""
-    bottom, right = drawing.height - BOTTOM, WIDTH - RIGHT
+) -> Axes:
+    """Draw both axes of values in shown units with ticks and labels, and return them."""
     places, x_ticks = _places(axis)
     finite = values[np.isfinite(values)]
     spread = np.ptp(finite) > FLAT * np.abs(finite).max()
     y_ticks = nice_ticks(np.append(finite, 0) if spread else finite)
     gap = 0.04 * np.ptp(places) or 0.5 if axis.numeric else 0.5
-    low, high = min(places) - gap, max(places) + gap
-
-    def across(x):
-        return LEFT + (x - low) / (high - low) * (right - LEFT)
-
-    def up(y):
-        return bottom - (y - y_ticks[0]) / (y_ticks[-1] - y_ticks[0]) * (bottom - top)
-
-    for y in y_ticks:
-        drawing.line([(LEFT, up(y)), (right, up(y))], "#dddddd")
-        drawing.text(LEFT - 8, up(y) + 4.5, number_text(float(y)), anchor="end")
-    for x, text in x_ticks:
-        drawing.line([(across(x), bottom), (across(x), bottom + 5)], "#444444")
-        drawing.text(across(x), bottom + 20, text, anchor="middle")
-    drawing.line([(LEFT, top), (LEFT, bottom), (right, bottom)], "#444444")
-    drawing.text((LEFT + right) / 2, bottom + 46, axis.label, 14, "middle")
-    drawing.text(20, (top + bottom) / 2, quantity.label, 14, "middle", turned=True)
-    return across, up
+    axes = Axes(LEFT, WIDTH - RIGHT, top, drawing.height - BOTTOM,
+                (min(places) - gap, max(places) + gap), (y_ticks[0], y_ticks[-1]))
+    axes.draw(drawing, x_ticks, [(y, number_text(float(y))) for y in y_ticks],
+              axis.label, quantity.label)
+    return axes
 
 
 def _colour(index: int) -> str:
@@ -208,6 +206,8 @@ def _places(axis: Axis) -> tuple[list[float], list[tuple[float, str]]]:
     return places, [(float(tick), number_text(float(tick))) for tick in inside]
 
 
-def write_plot(dataset: Path, metric: str, axis: str | None, fixed: dict, out: Path) -> None:
+def write_plot(
+    dataset: Path, metric: str, along: Sequence[str], fixed: dict, out: Path
+) -> None:
     """Write `plot_metric` of a dataset's file; whole or not at all."""
-    write_whole(out, plot_metric(open_results(dataset), metric, axis, fixed, out.suffix.lower()))
+    write_whole(out, plot_metric(open_results(dataset), metric, along, fixed, out.suffix.lower()))

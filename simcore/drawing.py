@@ -1,6 +1,7 @@
-"""Lines, signs and words on a page of their own, written as SVG or PNG."""
+"""Lines, areas, signs and words on a page of their own, written as SVG or PNG."""
 
 import io
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from html import escape
 
@@ -37,12 +38,16 @@ class Drawing:
         """Draw a "circle" or an "x" of half a width around a point."""
         self._parts.append(("sign", x, y, symbol, colour, size))
 
+    def area(self, x: float, y: float, width: float, height: float, colour: str) -> None:
+        """Fill a rectangle, given by its upper left corner."""
+        self._parts.append(("area", x, y, width, height, colour))
+
     def text(
         self, x: float, y: float, words: str, size: float = 13.0, anchor: str = "start",
-        turned: bool = False, bold: bool = False,
+        turned: bool = False, bold: bool = False, colour: str = "#000000",
     ) -> None:
         """Write words on the base line y from x, about x or up to x; `turned` upwards."""
-        self._parts.append(("text", x, y, words, size, anchor, turned, bold))
+        self._parts.append(("text", x, y, words, size, anchor, turned, bold, colour))
 
     def to_svg(self) -> bytes:
         """Return the drawing as an SVG file, on white."""
@@ -69,6 +74,68 @@ class Drawing:
         return buffer.getvalue()
 
 
+@dataclass(frozen=True)
+class Axes:
+    """A rectangle of a page with a scale along two sides.
+
+    Attributes
+    ----------
+    left, right, top, bottom : float
+        Of the rectangle [px].
+    x_range, y_range : tuple of float
+        Values at its left and right, and at its bottom and top.
+    """
+
+    left: float
+    right: float
+    top: float
+    bottom: float
+    x_range: tuple[float, float]
+    y_range: tuple[float, float]
+
+    def across(self, x):
+        """Return where values (n,) lie from the left of the page [px]."""
+        low, high = self.x_range
+        return self.left + (x - low) / (high - low) * (self.right - self.left)
+
+    def up(self, y):
+        """Return where values (n,) lie from the top of the page [px]."""
+        low, high = self.y_range
+        return self.bottom - (y - low) / (high - low) * (self.bottom - self.top)
+
+    def draw(
+        self, drawing: Drawing, x_ticks: Iterable[tuple[float, str]],
+        y_ticks: Iterable[tuple[float, str]], x_label: str, y_label: str,
+    ) -> None:
+        """Draw both axes with labels, a line across at each y tick and a mark at each x tick."""
+        for y, words in y_ticks:
+            drawing.line([(self.left, self.up(y)), (self.right, self.up(y))], "#dddddd")
+            drawing.text(self.left - 8, self.up(y) + 4.5, words, anchor="end")
+        for x, words in x_ticks:
+            at = self.across(x)
+            drawing.line([(at, self.bottom), (at, self.bottom + 5)], "#444444")
+            drawing.text(at, self.bottom + 20, words, anchor="middle")
+        corners = (self.left, self.top), (self.left, self.bottom), (self.right, self.bottom)
+        drawing.line(corners, "#444444")
+        self.label(drawing, x_label, y_label)
+
+    def label(self, drawing: Drawing, x_label: str, y_label: str, room: float = 56) -> None:
+        """Write the labels; `room` [px] is left for the ticks of the vertical axis."""
+        drawing.text((self.left + self.right) / 2, self.bottom + 46, x_label, 14, "middle")
+        middle = (self.top + self.bottom) / 2
+        drawing.text(self.left - room, middle, y_label, 14, "middle", turned=True)
+
+
+def nice_ticks(values: np.ndarray) -> np.ndarray:
+    """Return four to eight round values, evenly spaced, that enclose all values."""
+    low, high = float(np.min(values)), float(np.max(values))
+    raw = (high - low or 1.0) / 6
+    power = 10.0 ** np.floor(np.log10(raw))
+    step = power * next(each for each in (1, 2, 5, 10) if each * power >= raw)
+    first, last = np.floor(low / step + 1e-9), np.ceil(high / step - 1e-9)
+    return np.round(np.arange(first, max(last, first + 1) + 0.5) * step, 12)
+
+
 def _svg(kind: str, *what) -> str:
     if kind == "line":
         points, colour, width, dash = what
@@ -76,6 +143,10 @@ def _svg(kind: str, *what) -> str:
         dashed = f' stroke-dasharray="{" ".join(map(str, dash))}"' if dash else ""
         return (f'<polyline points="{way}" fill="none" stroke="{colour}" '
                 f'stroke-width="{width:g}" stroke-linejoin="round"{dashed}/>')
+    if kind == "area":
+        x, y, width, height, colour = what
+        return (f'<rect x="{x:.2f}" y="{y:.2f}" width="{width:.2f}" height="{height:.2f}" '
+                f'fill="{colour}"/>')
     if kind == "sign":
         x, y, symbol, colour, size = what
         if symbol == "circle":
@@ -83,8 +154,9 @@ def _svg(kind: str, *what) -> str:
         way = f"M{-size} {-size}L{size} {size}M{-size} {size}L{size} {-size}"
         return (f'<path transform="translate({x:.2f} {y:.2f})" d="{way}" stroke="{colour}" '
                 'stroke-width="2.4"/>')
-    x, y, words, size, anchor, turned, bold = what
-    style = ' font-weight="bold"' * bold + f' transform="rotate(-90 {x:.2f} {y:.2f})"' * turned
+    x, y, words, size, anchor, turned, bold, colour = what
+    style = f' fill="{colour}"' * (colour != "#000000")
+    style += ' font-weight="bold"' * bold + f' transform="rotate(-90 {x:.2f} {y:.2f})"' * turned
     return (f'<text x="{x:.2f}" y="{y:.2f}" font-size="{size:g}" text-anchor="{anchor}"{style}>'
             f"{escape(words)}</text>")
 
@@ -105,11 +177,16 @@ def _paint(image: Image.Image, scale: float, kind: str, *what) -> None:
         else:
             for way in ((left, top, right, bottom), (left, bottom, right, top)):
                 pen.line(way, colour, round(2.4 * scale))
+    elif kind == "area":
+        x, y, width, height, colour = what
+        corners = (scale * each for each in (x, y, x + width, y + height))
+        left, top, right, bottom = map(round, corners)
+        pen.rectangle((left, top, right - 1, bottom - 1), colour)
     else:
-        x, y, *rest = what
+        x, y, *rest, colour = what
         words, anchored = _lettering(scale, *rest)
         place = (round(scale * x - anchored[0]), round(scale * y - anchored[1]))
-        image.paste("#000", place, words)
+        image.paste(colour, place, words)
 
 
 def _strokes(points: np.ndarray, dash: tuple[float, ...]) -> list[np.ndarray]:
