@@ -13,7 +13,7 @@ from simcore.body.skin_listed import (
     edge_change_rate,
     segment_balls,
 )
-from simcore.contact.foundation import foundation_forces, release
+from simcore.contact.foundation import LOOKED_AHEAD, foundation_forces, release
 from simcore.contact.foundation_energy import foundation_energy, foundation_power
 from simcore.contact.layer import compliance
 from simcore.contact.near_solid import NearSolid
@@ -23,10 +23,6 @@ from simcore.contact.tangential import add_parts, add_to_mat, bearing, moved_on_
 from simcore.device.motion import DeviceState
 from simcore.dynamics.pinocchio_views import SegmentViews
 from simcore.scene import Scene
-
-LOOKED_AHEAD = 4.0
-"""Skin is listed that may touch in so many times the lag: until the end of the next step, unless
-that is longer than this one."""
 
 FREE_MOTION = 4.0
 """Skin that touches nothing may move so much farther within a step than skin that does: for the

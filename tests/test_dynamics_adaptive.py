@@ -49,13 +49,18 @@ def test_one_length_is_kept_without_asking():
     assert [ladder.choose(now, None) for now in range(5)] == [1] * 5
 
 
-def test_what_touches_sets_the_pace_and_what_is_away_by_its_distance():
-    """The least over all of max(d, φ) / speed."""
+@pytest.mark.parametrize(("velocity", "expected"), [
+    ([[0.1, 0, 0], [0, 0, -0.1], [0, 0, 0.2]], 0.005 / 0.1),  # the first, which touches
+    ([[0.1, 0, 0], [0, 0.5, -4.0], [0, 0, 0.2]], 0.02 / np.hypot(0.5, 4.0)),  # will, from far
+    ([[0.1, 0, 0], [0, 0, -0.1], [2, 0, -0.2]], 0.005 / np.hypot(2, 0.2)),  # will, from near
+])
+def test_what_touches_or_will_sets_the_pace(velocity, expected):
+    """The least of max(d, φ) / speed."""
     skin = Skin([[0, 0, -0.002], [0.1, 0, 0.02], [0.2, 0, 0.001]])
-    skin.velocities[:] = [[0.1, 0, 0], [0, 0.5, 0], [0, 0, 0.2]]
+    skin.velocities[:] = velocity
     skin.motion = 0.005
     skin.evaluate(0.002)
-    assert skin.pace == pytest.approx(min(0.005 / 0.1, 0.02 / 0.5, 0.005 / 0.2), rel=1e-4)
+    assert skin.pace == pytest.approx(expected, rel=1e-4)
 
 
 @pytest.mark.parametrize("seed", range(3))

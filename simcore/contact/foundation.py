@@ -6,6 +6,10 @@ from simcore.compiled import compiled
 from simcore.contact.distance_lookup import distance_and_gradient, seen_from
 from simcore.contact.layer import SHEAR_SHARE, pressure_and_slope
 
+LOOKED_AHEAD = 3.0
+"""Skin that will touch within so many lags, as it moves now, is listed and counts for the length
+of the next step: until the end of that, unless it is longer than this one."""
+
 
 @compiled
 def foundation_forces(
@@ -72,7 +76,8 @@ def foundation_forces(
     pressed : (p,) int64
         Vertices that bear force or are inside.
     pace : float
-        Time within which none moves farther than `motion`, or than it is away [s] (Eq. I3).
+        Time within which none that touches, or will within `LOOKED_AHEAD` lags, moves farther than
+        `motion`, or than it is away [s] (Eq. I3).
     """
     count, depth_max, deepest, fastest = 0, 0.0, -1, 0.0
     pressed, pressed_count = np.empty(listed.size, np.int64), 0
@@ -85,8 +90,9 @@ def foundation_forces(
         u, v, w = _relative_velocity(
             i, points, velocities, rotation, position, linear_velocity, turn)
         depth, rate = -distance, -(gx * u + gy * v + gz * w)
-        room = max(distance, motion)
-        fastest = max(fastest, (u * u + v * v + w * w) / (room * room))
+        if depth + LOOKED_AHEAD * lag * rate > 0.0:
+            room = max(distance, motion)
+            fastest = max(fastest, (u * u + v * v + w * w) / (room * room))
         depths[i] = depth
         if depth > 0.0:
             pressure, slope = pressure_and_slope(

@@ -6,13 +6,13 @@ from simcore.compiled import compiled
 from simcore.contact.distance_lookup import distance_and_gradient, seen_from, way_to_touch
 from simcore.contact.segment_motion import motion_bound, skin_speeds, write_relative
 
-OUTER_REACH = 0.08
+OUTER_REACH = 0.05
 """Vertices nearer to the solid than this are looked at when the list is made anew [m]."""
 
 INNER_REACH, HEADWAY = 0.001, 2.0
-"""Of what is nearer than this [m], and so many times the way the fastest skin makes in the time
-looked ahead, it is asked at every step whether it can touch. Tuned for time, as is `OUTER_REACH`,
-without effect on the result."""
+"""Of what is nearer than this [m], and so many times the way the skin of its segment makes in the
+time looked ahead, it is asked at every step whether it can touch. Tuned for time, as is
+`OUTER_REACH`; of the result they change no more than what Eq. I3 is told of clearances."""
 
 
 class NearSolid:
@@ -73,13 +73,11 @@ class NearSolid:
             self._ways, self._spent,
         )
         if outer_stale:
-            way = float(self._ways.max())
-            outer.look(self._all, at, OUTER_REACH + HEADWAY * way, pose, vertices)
+            outer.look(self._all, at, OUTER_REACH + HEADWAY * self._ways, pose, vertices)
             inner.take(outer)
             self.rebuilds += 1
         if outer_stale or inner_stale:
-            way = float(self._ways[outer.used].max(initial=0.0))
-            inner.look(outer.near, at, INNER_REACH + HEADWAY * way, pose, vertices)
+            inner.look(outer.near, at, INNER_REACH + HEADWAY * self._ways, pose, vertices)
             self._spent[:] = self._ways
         self.listed = inner.touchable(self._spent)
 
@@ -114,11 +112,12 @@ class _Tier:
         """Know what another tier knows."""
         self._bound[:], self.pose[:] = other._bound, other.pose
 
-    def look(self, among: np.ndarray, at: tuple, reach: float, pose, vertices) -> None:
-        """Find the vertices within reach among some; those left out are far for other reasons.
+    def look(self, among: np.ndarray, at: tuple, reach: np.ndarray, pose, vertices) -> None:
+        """Find the vertices within the reach of a segment (m,) [m] that they belong to.
 
-        `allowance` is how far each segment's skin may then move until a vertex that is not near
-        touches [m], `used` whether it has one that is.
+        Those that are not among the ones given are far for other reasons. `allowance` is how far
+        each segment's skin may then move until a vertex that is not near touches [m], `used`
+        whether it has one that is.
         """
         _move_on(*at, *self._balls, self.pose, self._moved)
         due = _take_off(among, *self._influences, self._moved, reach, self._bound)
@@ -191,11 +190,12 @@ def _take_off(among, offsets, segments, moved, reach, bound):
     """Take motions off the bounds of some vertices; return those of which too little is left."""
     due, count = np.empty(among.size, np.int64), 0
     for i in among:
-        way = 0.0
+        way = most = 0.0
         for e in range(offsets[i], offsets[i + 1]):
             way = max(way, moved[segments[e]])
+            most = max(most, reach[segments[e]])
         bound[i] -= way
-        if bound[i] < reach:
+        if bound[i] < most:
             due[count] = i
             count += 1
     return due[:count].copy()
@@ -231,11 +231,14 @@ def _within(among, bound, offsets, segments, reach, nearest, used):
     used[:] = False
     near, count = np.empty(among.size, np.int64), 0
     for i in among:
-        if bound[i] < reach:
+        most = 0.0
+        for e in range(offsets[i], offsets[i + 1]):
+            most = max(most, reach[segments[e]])
+        if bound[i] < most:
             near[count] = i
             count += 1
         for e in range(offsets[i], offsets[i + 1]):
             j = segments[e]
             nearest[j] = min(nearest[j], bound[i])
-            used[j] = used[j] or bound[i] < reach
+            used[j] = used[j] or bound[i] < most
     return near[:count].copy()
