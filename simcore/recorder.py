@@ -231,21 +231,26 @@ class Recorder:
     def _forces(self) -> dict[str, np.ndarray]:
         """Return what skin and mat bore in each frame, read for all frames at once."""
         skins, normals, tangentials, mats, on_mats = zip(*self._borne, strict=True)
-        count, frames = len(self._normal), len(self._frames)
-        normal_force = np.zeros((frames, count), np.float32)
-        borne, columns = np.unique(np.concatenate(skins), return_inverse=True)
-        tangential = np.zeros((frames, len(borne), 3))
-        points, places = np.unique(np.concatenate(mats), return_inverse=True)
-        on_mat = np.zeros((frames, len(points)))
-        at_skin = at_mat = 0
+        skin, column = _told(skins, len(self._normal))
+        mat, place = _told(mats, len(self._mat_normal))
+        frames = len(self._frames)
+        normal_force = np.zeros((frames, len(self._normal)), np.float32)
+        tangential = np.zeros((frames, len(skin), 3), np.float32)
+        on_mat = np.zeros((frames, len(mat)), np.float32)
         for frame in range(frames):
             normal_force[frame, skins[frame]] = normals[frame]
-            among = columns[at_skin : at_skin + len(skins[frame])]
-            tangential[frame, among] = tangentials[frame]
-            on_mat[frame, places[at_mat : at_mat + len(mats[frame])]] = on_mats[frame]
-            at_skin, at_mat = at_skin + len(skins[frame]), at_mat + len(mats[frame])
+            tangential[frame, column[skins[frame]]] = tangentials[frame]
+            on_mat[frame, place[mats[frame]]] = on_mats[frame]
         return {
             "normal_force": normal_force,
-            "shear": self._cells.shear(tangential, borne).astype(np.float32),
-            "mat_pressure": self._mat.pressure(on_mat, points).astype(np.float32),
+            "shear": self._cells.shear(tangential, skin).astype(np.float32),
+            "mat_pressure": self._mat.pressure(on_mat, mat).astype(np.float32),
         }
+
+
+def _told(points: tuple[np.ndarray, ...], count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return which of `count` points occur in any frame (k,), and the place of each there."""
+    mark = np.zeros(count, bool)
+    for frame in points:
+        mark[frame] = True
+    return np.flatnonzero(mark), np.cumsum(mark) - 1
