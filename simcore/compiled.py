@@ -51,6 +51,10 @@ compiled = njit(cache=True, error_model="numpy", fastmath={"contract"})
 together with the sum they belong to, which makes the springs of a sheet 1.7 times as fast; nothing
 else of fast mathematics is allowed, so that what is not a number stays one."""
 
+inlined = njit(cache=True, error_model="numpy", fastmath={"contract"}, inline="always")
+"""Decorator of what kernels call for every point: put into each of them, where calls would cost as
+much as what they do. It can be called from Python as well."""
+
 _save = IndexDataCacheFile.save
 
 

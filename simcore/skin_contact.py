@@ -238,7 +238,8 @@ class FoundationContact(_OnSkin):
         heat, implicit = foundation_power(
             pressed, self.points, self._velocities, self._mean_velocities, device.position,
             device.linear_velocity, device.angular_velocity, *self._flesh, self._lag, step,
-            self._depths, self._steepness, self.normals, self.normal_force, self._sticks,
+            self._depths, self._steepness, self.normals, self.normal_force, self.along,
+            self._sticks,
         )
         slid, self._slid[0] = self._slid[0], 0.0
         return heat, slid / step, implicit

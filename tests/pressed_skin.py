@@ -67,5 +67,5 @@ class Skin:
         return foundation_power(
             self.pressed, self.points, self.velocities, np.tile(mean, (self.n, 1)), self.origin,
             self.linear, self.turn, *self.flesh, lag, step, self.depths,
-            self.steepness, self.normals, self.normal, self.sticks,
+            self.steepness, self.normals, self.normal, self.along, self.sticks,
         )

@@ -116,6 +116,11 @@ def blend_motion_listed(
 def wrench_listed(listed, offsets, segments, weights, points, rotations, force, wrench):
     """Write force and moment about each segment's origin (m, 6) of forces on listed vertices."""
     wrench[:] = 0.0
+    turns = np.empty((rotations.shape[0], 9))
+    for j in range(turns.shape[0]):
+        for a in range(3):
+            for b in range(3):
+                turns[j, 3 * a + b] = rotations[j, a, b]
     for i in listed:
         fx, fy, fz = force[i, 0], force[i, 1], force[i, 2]
         if fx == 0.0 and fy == 0.0 and fz == 0.0:
@@ -123,9 +128,9 @@ def wrench_listed(listed, offsets, segments, weights, points, rotations, force, 
         for k in range(offsets[i], offsets[i + 1]):
             j = segments[k]
             p, q, r, weight = points[k, 0], points[k, 1], points[k, 2], weights[k]
-            x = rotations[j, 0, 0] * p + rotations[j, 0, 1] * q + rotations[j, 0, 2] * r
-            y = rotations[j, 1, 0] * p + rotations[j, 1, 1] * q + rotations[j, 1, 2] * r
-            z = rotations[j, 2, 0] * p + rotations[j, 2, 1] * q + rotations[j, 2, 2] * r
+            x = turns[j, 0] * p + turns[j, 1] * q + turns[j, 2] * r
+            y = turns[j, 3] * p + turns[j, 4] * q + turns[j, 5] * r
+            z = turns[j, 6] * p + turns[j, 7] * q + turns[j, 8] * r
             wrench[j, 0] += weight * fx
             wrench[j, 1] += weight * fy
             wrench[j, 2] += weight * fz

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from simcore.compiled import compiled
+from simcore.compiled import inlined
 
 
-@compiled
+@inlined
 def distance_and_gradient(values, origin, spacing, x, y, z):
     """Return the signed distance at a point [m] and its gradient (d, gx, gy, gz).
 
@@ -53,7 +53,7 @@ def distance_and_gradient(values, origin, spacing, x, y, z):
     return distance, per * (d1 - d0), per * (y0 + r * (y1 - y0)), per * (z0 + r * (z1 - z0))
 
 
-@compiled
+@inlined
 def seen_from(rotation, position, points, i):
     """Return where a point of the world is in the frame at a rotation and position [m]."""
     x, y, z = points[i, 0] - position[0], points[i, 1] - position[1], points[i, 2] - position[2]
@@ -62,13 +62,13 @@ def seen_from(rotation, position, points, i):
             rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * z)
 
 
-@compiled
+@inlined
 def sure_clearance(distance, spacing):
     """Return how far away the solid is at least [m], from a looked-up distance (Eq. D3)."""
     return np.sqrt(max(distance * abs(distance) - 0.75 * spacing * spacing, 0.0))
 
 
-@compiled
+@inlined
 def way_to_touch(distance, spacing):
     """Return how far a point must go at least until its looked-up distance is zero [m].
 

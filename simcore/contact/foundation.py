@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simcore.compiled import compiled
+from simcore.compiled import compiled, inlined
 from simcore.contact.distance_lookup import distance_and_gradient, seen_from
 from simcore.contact.layer import SHEAR_SHARE, pressure_and_slope
 
@@ -149,7 +149,7 @@ def release(before, now, normal_force, closed):
             normal_force[i], closed[i] = 0.0, False
 
 
-@compiled
+@inlined
 def _relative_velocity(i, points, velocities, rotation, position, linear_velocity, turn):
     """Return the velocity of a vertex as seen from the solid, in its frame [m/s]."""
     x, y, z = points[i, 0] - position[0], points[i, 1] - position[1], points[i, 2] - position[2]
@@ -161,14 +161,14 @@ def _relative_velocity(i, points, velocities, rotation, position, linear_velocit
             rotation[0, 2] * u + rotation[1, 2] * v + rotation[2, 2] * w)
 
 
-@compiled
+@inlined
 def _turn(rotation, x, y, z, i, out):
     """Write a vector of the solid's frame in world axes."""
     for axis in range(3):
         out[i, axis] = rotation[axis, 0] * x + rotation[axis, 1] * y + rotation[axis, 2] * z
 
 
-@compiled
+@inlined
 def _rub(i, px, py, pz, u, v, w, nx, ny, nz, shear, damping_time, limit, anchor, stretch):
     """Return friction [N], the share of it that is kept, and what its slip spends [J]: Eq. C2.
 

@@ -38,7 +38,8 @@ def foundation_energy(
 @compiled
 def foundation_power(
     pressed, points, before, mean, position, linear_velocity, turn, area, soft, modulus, thickness,
-    give, stiffening, damping_time, lag, step, depths, steepness, normals, normal_force, sticks,
+    give, stiffening, damping_time, lag, step, depths, steepness, normals, normal_force, along,
+    sticks,
 ):
     """Return what flesh turns into heat [W], and the implicit part of its own laws [W].
 
@@ -55,7 +56,7 @@ def foundation_power(
         [m/s].
     step : float
         [s]
-    depths, steepness, normals, normal_force, sticks
+    depths, steepness, normals, normal_force, along, sticks
         As `foundation_forces` wrote them.
     Others
         As in `foundation_forces`.
@@ -82,26 +83,25 @@ def foundation_power(
         out, change = steepness[i] * normal, steepness[i] * normal_change
         depth, tau = depths[i], damping_time[i]
         spring_part, damper_part = 0.25 * step, 0.5 * tau
-        if depth > 0.0:
+        if depth > 0.0 and normal_force[i] > 0.0:
+            stiffness = along[i] / (lag * (lag + tau))
+            heat += tau * stiffness * out * out
+            implicit += (spring_part + damper_part) * stiffness * change * out
+        elif depth > 0.0:
             pressure, slope = pressure_and_slope(
                 depth, modulus[i], thickness[i], give, stiffening)
-            stiffness = area[i] * slope
-            if normal_force[i] > 0.0:
-                heat += tau * stiffness * out * out
-                implicit += (spring_part + damper_part) * stiffness * change * out
-            else:
-                heat += (area[i] * pressure - spring_part * stiffness * change) * out
+            heat += area[i] * (pressure - spring_part * slope * change) * out
         elif normal_force[i] > 0.0:
             heat += soft[i] * tau * (out - depth / lag) * out
             implicit += damper_part * soft[i] * change * out
         if normal_force[i] > 0.0:
             shear = SHEAR_SHARE * soft[i]
-            along = u * u + v * v + w * w - normal * normal
-            along_change = u * du + v * dv + w * dw - normal * normal_change
-            implicit += spring_part * shear * along_change
+            square = u * u + v * v + w * w - normal * normal
+            aside = u * du + v * dv + w * dw - normal * normal_change
+            implicit += spring_part * shear * aside
             if sticks[i]:
-                heat += tau * shear * along
-                implicit += damper_part * shear * along_change
+                heat += tau * shear * square
+                implicit += damper_part * shear * aside
     return heat, implicit
 
 

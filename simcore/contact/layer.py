@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simcore.compiled import compiled
+from simcore.compiled import compiled, inlined
 
 STRAIN_MAX = 0.8
 """Of the flesh, beyond which it is taken as linear: 25 times as stiff as at rest."""
@@ -19,7 +19,7 @@ def compliance(modulus: np.ndarray, thickness: np.ndarray, give: float) -> np.nd
     return thickness / modulus + give
 
 
-@compiled
+@inlined
 def pressure_and_slope(depth, modulus, thickness, give, stiffening):
     """Return the pressure p [Pa] at a depth d > 0 and its slope p′ [Pa/m].
 

@@ -9,7 +9,7 @@ from simcore.contact.segment_motion import motion_bound, skin_speeds, write_rela
 OUTER_REACH = 0.05
 """Vertices nearer to the solid than this are looked at when the list is made anew [m]."""
 
-INNER_REACH, HEADWAY = 0.001, 2.0
+INNER_REACH, HEADWAY = 0.004, 2.0
 """Of what is nearer than this [m], and so many times the way the skin of its segment makes in the
 time looked ahead, it is asked at every step whether it can touch. Tuned for time, as is
 `OUTER_REACH`; of the result they change no more than what Eq. I3 is told of clearances."""

@@ -148,7 +148,8 @@ class Block:
         heat, implicit = foundation_power(
             self._pressed, self._posed, np.tile(before, (count, 1)), np.tile(mean, (count, 1)),
             still, still, still, *self._flesh, IMPLICITNESS * self.step, self.step,
-            self._depths, self._steepness, self.normals, self.normal_force, self._sticks,
+            self._depths, self._steepness, self.normals, self.normal_force, self._along,
+            self._sticks,
         )
         late = mean @ self._impedance @ (self.v - before)
         self._flows[2:] += self.step * heat, self._slid[0], late - self.step * implicit
