@@ -33,6 +33,10 @@ ITERATIONS_MAX = 2000
 ANDERSON_WINDOW = 6
 """Iterations that the acceleration combines."""
 
+PATIENCE, RELAXATION = 200, 0.5
+"""Iterations after which a step goes on without acceleration, and by half of each move: between a
+plane that opens and one that closes whole moves may go to and fro."""
+
 PINNED_STIFFNESS = 1.0e12
 """On the diagonal of a pinned vertex [N/m]; its residual is left out."""
 
@@ -209,7 +213,7 @@ def _iterate(position, residual, solve, tolerance: float, window: int):
 
     Anderson's method of type II on x → x + δ(x): the next iterate is the combination of the last
     ones whose combined δ is least. When combinations let the residual grow to twice the least
-    so far, the memory is cleared.
+    so far, the memory is cleared. A step that does not end so goes on by plain half moves.
 
     Raises
     ------
@@ -231,6 +235,9 @@ def _iterate(position, residual, solve, tolerance: float, window: int):
             return iteration + 1, position
         if size > 2 * best:
             moves, shifts, last_move, best = [], [], None, np.inf
+        if iteration >= PATIENCE:
+            position = position + RELAXATION * move
+            continue
         target = position + move
         best = min(best, size)
         flat = move.ravel()
