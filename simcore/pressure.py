@@ -4,8 +4,8 @@ import numpy as np
 from scipy.sparse import csc_array, csr_array
 from scipy.spatial import cKDTree
 
-FRAMES_AT_ONCE = 256
-"""Of whose forces there are copies at a time."""
+FRAMES_AT_ONCE = 32
+"""Of whose forces there are copies at a time; in so few much the same skin is pressed."""
 
 
 class SensorCells:
@@ -67,11 +67,12 @@ class SensorCells:
         """
         force = tangential_force if tangential_force.ndim == 3 else tangential_force[None]
         bearing = np.arange(force.shape[1]) if bearing is None else bearing
-        found = np.zeros((len(force), self._operator.shape[0]))
+        found = np.zeros((len(force), self._operator.shape[0]), tangential_force.dtype)
         for start in range(0, len(force), FRAMES_AT_ONCE):
             part = force[start : start + FRAMES_AT_ONCE]
-            columns = np.moveaxis(part, 1, 0).reshape(len(bearing), 3 * len(part))
-            cells, mean = self._mean(bearing, columns)
+            borne = np.flatnonzero(part.any(axis=(0, 2)))
+            columns = np.moveaxis(part[:, borne], 1, 0).reshape(len(borne), 3 * len(part))
+            cells, mean = self._mean(bearing[borne], columns)
             mean = mean.reshape(len(cells), len(part), 3)
             found[start : start + FRAMES_AT_ONCE, cells] = np.sqrt(
                 np.einsum("itj,itj->ti", mean, mean)

@@ -243,7 +243,7 @@ class Recorder:
             on_mat[frame, place[mats[frame]]] = on_mats[frame]
         return {
             "normal_force": normal_force,
-            "shear": self._cells.shear(tangential, skin).astype(np.float32),
+            "shear": self._cells.shear(tangential, skin),
             "mat_pressure": self._mat.pressure(on_mat, mat).astype(np.float32),
         }
 

@@ -73,7 +73,7 @@ class SheetOnSkin:
                 scene.flesh.modulus, contact.tissue == "stiffening", contact.damping_time_s
             )
         self._of_skin = ContactForce(np.zeros((len(net.mass), 3)), np.zeros(len(net.mass)))
-        self._all = np.arange(len(net.mass))
+        self._met = np.empty(0, np.int64)  # sheet vertices that had a plane in the last step
         self.contact_count, self.depth_max, self.deepest = 0, 0.0, -1
         self.touched = np.empty(0, np.int64)
         self.skin_force = np.zeros((skin.vertex_count, 3))
@@ -179,7 +179,7 @@ class SheetOnSkin:
         knows no µ.
         """
         return add_parts(
-            self._all, self._of_skin.force, self._of_skin.normal_force, self.planes.normal,
+            self._met, self._of_skin.force, self._of_skin.normal_force, self.planes.normal,
             self.planes.friction_coefficient, duration, normal, tangential,
         )
 
@@ -205,7 +205,7 @@ class SheetOnSkin:
 
     def press(self, of_skin: ContactForce) -> None:
         """Take note of what the skin did to the sheet; the opposite acts on the skin."""
-        self._of_skin = of_skin
+        self._of_skin, self._met = of_skin, np.flatnonzero(self.planes.active)
         self.contact_count = int(np.count_nonzero(of_skin.normal_force))
         point = int(self._tracker.gap.argmin())
         self.depth_max = -float(self._tracker.gap[point])
