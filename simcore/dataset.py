@@ -35,19 +35,20 @@ COMPRESSED_MIN = 4096
 
 def row(candidate: Candidate, status: str, reason: str, metrics: dict | None) -> xr.Dataset:
     """Return one candidate's figures; all NaN where it failed before there were any."""
-    ds = xr.Dataset(coords={"region": list(REGION_NAMES), "joint": list(JOINTS)})
+    coords = {"region": list(REGION_NAMES), "joint": list(JOINTS)}
+    figures = {}
     for name, metric in METRICS.items():
         dims = (metric.per,) if metric.per else ()
-        missing = np.full([ds.sizes[dim] for dim in dims], np.nan)
-        ds[name] = (
+        missing = np.full([len(coords[dim]) for dim in dims], np.nan)
+        figures[name] = (
             dims,
             metrics[name] if metrics else missing,
             {"units": metric.units, "long_name": metric.long_name},
         )
-    ds["status"] = ((), status, {"long_name": "how the simulation ended"})
-    ds["reason"] = ((), reason, {"long_name": "why it failed"})
-    ds["candidate"] = ((), candidate.id, {"long_name": "digest of the design"})
-    return ds
+    figures["status"] = ((), status, {"long_name": "how the simulation ended"})
+    figures["reason"] = ((), reason, {"long_name": "why it failed"})
+    figures["candidate"] = ((), candidate.id, {"long_name": "digest of the design"})
+    return xr.Dataset(figures, coords)
 
 
 def candidate_dataset(

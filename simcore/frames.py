@@ -85,25 +85,26 @@ def trajectory_dataset(
     columns = {name: getattr(trajectory, name, None) for name in TRAJECTORY}
     columns["device_quaternion"] = Rotation.from_matrix(trajectory.device_rotation).as_quat()
     columns["skin_pressure"] = pressure[:, touched]
-    ds = xr.Dataset(
-        coords={
-            "time": ("time", trajectory.time, {"units": "s", "long_name": "time after settling"}),
-            "segment": list(SEGMENT_NAMES),
-            "xyz": list("xyz"),
-            "energy_term": list(TERMS),
-            "skin_vertex": touched.astype(np.int32),
-        }
-    )
-    for axis, meaning in (("mat_x", "along the mat, towards the feet"), ("mat_y", "to the left")):
-        ds[axis] = (axis, getattr(trajectory, axis), {"units": "m", "long_name": meaning})
     told, moments = _summary(trajectory.time, columns, fall_time)
-    ds = ds.assign_coords(moment=moments)
+    coords = {
+        "time": ("time", trajectory.time, {"units": "s", "long_name": "time after settling"}),
+        "segment": list(SEGMENT_NAMES),
+        "xyz": list("xyz"),
+        "energy_term": list(TERMS),
+        "skin_vertex": touched.astype(np.int32),
+        "moment": moments,
+    }
+    for axis, meaning in (("mat_x", "along the mat, towards the feet"), ("mat_y", "to the left")):
+        coords[axis] = (axis, getattr(trajectory, axis), {"units": "m", "long_name": meaning})
+    variables = {}
     for name, (dims, units, long_name) in (TRAJECTORY | SUMMARY).items():
         values = (columns | told)[name]
         if values is not None:  # a rigid device has no sheet
             single = np.float32 if values.dtype.kind == "f" else np.int32
-            ds[name] = (dims, values.astype(single), {"units": units, "long_name": long_name})
-    return ds
+            variables[name] = (
+                dims, values.astype(single), {"units": units, "long_name": long_name}
+            )
+    return xr.Dataset(variables, coords)
 
 
 def _summary(

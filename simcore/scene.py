@@ -13,7 +13,7 @@ from simcore.body.flesh import flesh_under_skin
 from simcore.body.posture import configuration
 from simcore.body.skin import vertex_normals
 from simcore.body.tissue import Tissue
-from simcore.config.designs import Design, FoundationContact, Method, Placement, Posture
+from simcore.config.designs import Design, Method, Placement, Posture, UniformFlesh
 from simcore.config.robotic_lift import MeshSurface, SeatAndBackrest
 from simcore.config.sling_lift import Bed, SlingLift
 from simcore.contact.reference import find_penetration
@@ -109,7 +109,7 @@ def build_scene(design: Design, body_name: str, root: Path) -> Scene:
     q = _carry(_place(body, posture.tobytes(), surface, design.posture.placement, limit), start)
     flesh = distance = None
     if method.contact.law == "foundation":
-        flesh = _flesh(body, method.contact)
+        flesh = _flesh(body, method.contact.flesh)
     if sling or flesh:
         distance = _distance(device.rigid_part, root)
     return Scene(body, surface, motion, sling, flesh, distance, method, q)
@@ -134,8 +134,8 @@ def _body(design, name: str) -> Body:
 
 
 @lru_cache(maxsize=4)
-def _flesh(body: Body, law: FoundationContact) -> Tissue:
-    return flesh_under_skin(body, law)
+def _flesh(body: Body, layer: UniformFlesh | None) -> Tissue:
+    return flesh_under_skin(body, layer)
 
 
 @lru_cache(maxsize=4)

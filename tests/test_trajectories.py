@@ -176,7 +176,7 @@ def test_a_report_has_pictures_of_runs_without_frames_and_no_replay(tmp_path):
         _, dataset = simulate_still(folder, outcome, frames, axes="{support_angle_deg: [0, 7]}")
         pages.append(read(build_report(dataset, folder / "report.html")))
     whole, summary = ([image["src"] for image in page.all("img")] for page in pages)
-    assert whole == summary and len(summary) == 10
+    assert whole == summary and len(summary) == 13
     assert "No run is kept to be replayed." in pages[1].text
     assert "No run is kept to be replayed." not in pages[0].text
 

@@ -6,7 +6,7 @@ import trimesh
 from simcore.body.build import Body, posed_skin
 from simcore.body.skin import vertex_normals
 from simcore.body.tissue import Tissue, skin_tissue, smoothing_operator
-from simcore.config.designs import FoundationContact
+from simcore.config.designs import UniformFlesh
 
 THICKNESS_SHARE = 0.9
 """Of the way to the middle of a limb that counts as its flesh; deeper a sheet has passed."""
@@ -22,17 +22,15 @@ BELOW_SKIN = 1e-3
 """How far below the skin that way is begun [m], so that it does not end where it begins."""
 
 
-def flesh_under_skin(body: Body, law: FoundationContact) -> Tissue:
-    """Return the flesh under each skin vertex (n,): that of the law, or of each region.
+def flesh_under_skin(body: Body, layer: UniformFlesh | None) -> Tissue:
+    """Return the flesh under each skin vertex (n,): one layer for all, or that of each region.
 
     It is no thicker than most of the way to the middle of a limb.
     """
     skin, rest = body.skin, _rest(body)
-    if law.flesh:
+    if layer:
         count = skin.vertex_count
-        flesh = Tissue(
-            np.full(count, law.flesh.thickness_m), np.full(count, law.flesh.modulus_pa)
-        )
+        flesh = Tissue(np.full(count, layer.thickness_m), np.full(count, layer.modulus_pa))
     else:
         flesh = skin_tissue(
             body.vertex_region, rest, vertex_normals(skin, rest), skin.vertex_area,
