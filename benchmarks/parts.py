@@ -129,6 +129,9 @@ def _seconds(seconds: float) -> str:
 
 PARTS = {
     "lift": _whole_run("lift"),
+    "fall": _whole_run("fall"),
+    "paper": _whole_run("paper"),
+    "paper_fall": _whole_run("paper_fall"),
     "sling": _whole_run("sling"),
     "profile": Part("wall time of a step, by stage", _measure_profiles, _profile_table),
     "growth": Part("growth of cost with size", growth.measure, _growth_table),

@@ -210,7 +210,7 @@ def plot(
 
 @app.command()
 def bench(
-    case: Annotated[str, typer.Argument(help="lift or sling")] = "lift",
+    case: Annotated[str, typer.Argument(help="lift, fall, paper, paper_fall or sling")] = "lift",
     as_json: Annotated[bool, typer.Option("--json", help="print JSON instead of a table")] = False,
     repeats: Annotated[int, typer.Option(min=1, help="timed runs; the median is told")] = 3,
     stages: Annotated[

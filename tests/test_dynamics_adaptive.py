@@ -142,3 +142,18 @@ def test_adaptive_steps_end_where_short_ones_do(design_with):
     assert place[1] == pytest.approx(place[0], abs=2e-3)
     weight = [run.support_force[-10:, 2].mean() for run in (short, adaptive)]
     assert weight[1] == pytest.approx(weight[0], rel=0.01)
+
+
+def test_what_was_simulated_before_changes_no_bit(design_with):
+    """Candidates share bodies, flesh and grids within a job: jobs may hold any, in any order."""
+    method = read_design(Method, ROOT / "designs" / "methods" / "production.yaml").model_dump()
+    method |= {"hold_s": 0.2}
+    method["settling"] |= {"duration_min_s": 0.1, "duration_max_s": 0.3}
+
+    def run(angle):
+        tree = design_with({}, support_angle_deg=angle).model_dump() | {"method": method}
+        return simulate(build_scene(Design.model_validate(tree), MAN, ROOT))
+
+    first, _, again = run(12), run(2), run(12)
+    for name in ("time", "q", "v", "normal_force", "shear", "mat_pressure", "energy", "depth_max"):
+        assert np.array_equal(getattr(first, name), getattr(again, name)), name

@@ -15,12 +15,22 @@ from simcore.simulate import simulate
 
 CASES = {
     "lift": ("config/lift_angle.yaml", {"body": "male_172_70", "support_angle_deg": 10.0}),
+    "fall": ("config/lift_angle.yaml", {"body": "male_172_70", "support_angle_deg": 0.0}),
+    "paper": (
+        "config/headline.yaml",
+        {"support_angle_deg": 7, "friction_force_n": 0.5, "time_step_s": 0.002},
+    ),
+    "paper_fall": (
+        "config/headline.yaml",
+        {"support_angle_deg": 0, "friction_force_n": 0.5, "time_step_s": 0.002},
+    ),
     "sling": (
         "config/sling_stiffness.yaml",
         {"body": "male_172_70", "device": "sling_reclined", "stiffness_per_width_n_per_m": 2e4},
     ),
 }
-"""Study and place in it of each case: the shipped ones, at paper size."""
+"""Study and place in it of each case: the shipped ones, at paper size. `fall` is off the flat lift;
+`paper` and `paper_fall` are the paper's method (Runge–Kutta)."""
 
 
 @dataclass(frozen=True)

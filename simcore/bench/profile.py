@@ -101,13 +101,12 @@ def profile_scene(scene: Scene, repeats: int) -> Profile:
     simulate(scene)  # compiles, or loads what was compiled
     per_step, setups, unwatched = [], [], []
     for _ in range(repeats):
-        unwatched.append(_unwatched_step(scene))
         with watch(STAGES | SETUP) as stopwatch:
-            trajectory = simulate(scene)
+            simulate(scene)
         (setup,) = SETUP
         setups.append(stopwatch.spent.pop(setup))
-        duration = trajectory.time[-1] - trajectory.time[0]
-        steps = round(duration / scene.method.time_step_s) + 1
+        steps = stopwatch.calls["recorder"]  # told of every step, however long it is
+        unwatched.append(_run_time(scene) / steps)
         per_step.append({name: spent / steps for name, spent in stopwatch.spent.items()})
     return Profile(
         stages={
@@ -127,13 +126,15 @@ class Stopwatch:
     ----------
     spent : dict
         Time by stage, that of `REST` outside all [s].
+    calls : dict
+        How often each stage was entered.
     """
 
     def __init__(self, now: Callable[[], float] = clock.perf_counter):
         self._now = now
         self._open = [REST]
         self._since = now()
-        self.spent = {REST: 0.0}
+        self.spent, self.calls = {REST: 0.0}, {}
 
     def charge(self) -> None:
         """Charge the time since the last change to the present stage."""
@@ -148,6 +149,7 @@ class Stopwatch:
         def call(*arguments, **named):
             self.charge()
             self._open.append(stage)
+            self.calls[stage] = self.calls.get(stage, 0) + 1
             try:
                 return function(*arguments, **named)
             finally:
@@ -201,9 +203,8 @@ def holders(target: str) -> list[tuple[object, str]]:
     ]
 
 
-def _unwatched_step(scene: Scene) -> float:
-    """Return the wall time of a step [s], from the first recorded frame to the last."""
+def _run_time(scene: Scene) -> float:
+    """Return the wall time of a run [s], from the first recorded frame to the last."""
     stamps = []
-    simulate(scene, lambda time: stamps.append((time, clock.perf_counter())))
-    simulated, spent = np.subtract(stamps[-1], stamps[0])
-    return float(spent / simulated) * scene.method.time_step_s
+    simulate(scene, lambda time: stamps.append(clock.perf_counter()))
+    return stamps[-1] - stamps[0]
