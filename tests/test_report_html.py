@@ -144,7 +144,7 @@ def test_a_side_that_nothing_presses_is_left_out():
     sphere = trimesh.creation.icosphere(3)
     below = np.where(sphere.vertices[:, 2] < -0.5, 1e4, 0.0)
     run = SimpleNamespace(
-        net=None, body=SimpleNamespace(skin=SimpleNamespace(faces=sphere.faces)),
+        net=None, fell=False, body=SimpleNamespace(skin=SimpleNamespace(faces=sphere.faces)),
         skin=lambda frame: sphere.vertices, pressure_peak=below,
         moved=lambda frame: SimpleNamespace(rotation=np.eye(3)),
     )

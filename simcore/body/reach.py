@@ -16,8 +16,9 @@ from simcore.errors import DesignError
 TABLE = Path(__file__).with_name("reach.csv")
 COLUMNS = ("sex", "age_years", "stature_m", "mass_min_kg", "mass_max_kg")
 
-# Bodies blend linearly from 18 to 25 and from 25 to 90 years; at 60 the strongest ones end.
-AGE_NODES = ((18.0, 20.0, 22.5, 25.0, 45.0, 59.999), (60.0, 90.0))  # [year]
+# Bodies blend linearly from 18 to 25 and from 25 to 90 years, their masses as the cube of that; at
+# 60 the strongest ones end.
+AGE_NODES = ((18.0, 20.0, 21.25, 22.5, 23.75, 25.0, 45.0, 59.999), (60.0, 90.0))  # [year]
 STATURE_NODES = 41  # statures of each age, denser towards the shortest and the tallest
 
 

@@ -1,4 +1,39 @@
-"""Foundation contact: pressure as a function of depth on the skin, and friction that sticks."""
+"""Foundation contact: pressure as a function of depth on the skin, and friction that sticks.
+
+What its kernels take and write, for the n vertices of a skin, where listed; world axes unless told:
+
+listed : (l,) int64, sorted
+points, velocities : (n, 3) float64
+    [m, m/s]
+values, origin, spacing
+    Distance φ in the frame of the solid (`simcore.contact.distance_lookup`).
+rotation, position, linear_velocity, turn
+    Of that frame, and its angular velocity [m, m/s, rad/s].
+area, soft, modulus, thickness, damping_time : (n,) float64
+    A [m²], A p′(0) [N/m], E [Pa], D [m] and τ [s].
+give, stiffening
+    Of `simcore.contact.layer.pressure_and_slope`.
+friction, lag, motion : float
+    µ; the time after which an implicit step wants to know the force [s]; how far skin that touches
+    may move within a step [m].
+anchor : (n, 3) float64
+    Where the friction spring of each vertex is tied, frame of the solid [m]: put on the vertex when
+    it touches, kept as deep as the vertex is, dragged along when it slips.
+closed : (n,) bool
+    Whether the vertex touches.
+force : (n, 3), normal_force : (n,), normals : (n, 3) float64
+    On the skin, its normal part [N], and where pressed the outward normal of the solid.
+along, across : (n,) float64
+    Impedance lag² K + lag D of the contact, normal and tangential [kg].
+depths, steepness : (n,) float64
+    d [m], and ‖∇φ‖ where pressed.
+sticks : (n,) bool
+    Whether friction is not cut.
+stretch : (n, 3) float64
+    Along the surface, of the friction spring of what touches, frame of the solid [m].
+slid : (1,) float64
+    Energy spent by friction springs, added to [J] (Eq. E5).
+"""
 
 import numpy as np
 
@@ -31,48 +66,10 @@ def foundation_forces(
 
         F = −A p′(0)/3 (e + τ ė),   cut to ‖F‖ ≤ µ N, and e with it
 
-    Parameters
-    ----------
-    listed : (l,) int64
-    points, velocities : (n, 3) float64
-        Of the skin, where listed, world [m, m/s].
-    values, origin, spacing
-        Distance φ in the frame of the solid (`simcore.contact.distance_lookup`).
-    rotation, position, linear_velocity, turn
-        Of that frame, and its angular velocity; world axes.
-    area, soft, modulus, thickness, damping_time : (n,) float64
-        A [m²], A p′(0) [N/m], E [Pa], D [m] and τ [s].
-    give, stiffening
-        Of `simcore.contact.layer.pressure_and_slope`.
-    friction, lag : float
-        µ, and the time after which an implicit step wants to know the force [s].
-    motion : float
-        How far skin that touches may move within a step [m].
-    anchor : (n, 3) float64
-        Where the spring of each vertex is tied, frame of the solid [m]: e is the way from there
-        along the surface. Put on the vertex when it touches, kept as deep as the vertex is,
-        dragged along when it slips.
-    closed : (n,) bool
-        Whether the vertex touches; overwritten where listed.
-    force : (n, 3), normal_force : (n,), normals : (n, 3) float64
-        On the skin, its normal part [N] and the outward normal of the solid; world.
-    along, across : (n,) float64
-        Impedance lag² K + lag D of the contact, normal and tangential [kg].
-    depths, steepness : (n,) float64
-        d [m], overwritten where listed, and ‖∇φ‖, where pressed.
-    sticks : (n,) bool
-        Whether F is not cut; overwritten where listed.
-    stretch : (n, 3) float64
-        Along the surface, of the friction spring of what touches, frame of the solid [m].
-    slid : (1,) float64
-        Energy spent by friction springs, added to [J] (Eq. E5).
-
     Returns
     -------
-    contact_count : int
-    depth_max : float
-    deepest : int
-        Deepest vertex, −1 without contact.
+    contact_count, depth_max, deepest
+        Of what is inside; the deepest vertex is −1 without contact.
     pressed : (p,) int64
         Vertices that bear force or are inside.
     pace : float
@@ -83,8 +80,7 @@ def foundation_forces(
     pressed, pressed_count = np.empty(listed.size, np.int64), 0
     for i in listed:
         force[i, 0] = force[i, 1] = force[i, 2] = normal_force[i] = 0.0
-        along[i] = across[i] = 0.0
-        sticks[i] = False
+        along[i], across[i], sticks[i] = 0.0, 0.0, False
         px, py, pz = seen_from(rotation, position, points, i)
         distance, gx, gy, gz = distance_and_gradient(values, origin, spacing, px, py, pz)
         u, v, w = _relative_velocity(
@@ -94,17 +90,12 @@ def foundation_forces(
             room = max(distance, motion)
             fastest = max(fastest, (u * u + v * v + w * w) / (room * room))
         depths[i] = depth
-        if depth > 0.0:
-            pressure, slope = pressure_and_slope(
-                depth, modulus[i], thickness[i], give, stiffening)
-            stiffness = area[i] * slope
-            normal = area[i] * pressure + damping_time[i] * stiffness * rate
-        else:
-            stiffness = soft[i]
-            normal = stiffness * damping_time[i] * (rate + depth / lag) if lag > 0.0 else 0.0
+        normal, stiffness = _press(
+            depth, rate, area[i], soft[i], modulus[i], thickness[i], give, stiffening,
+            damping_time[i], lag,
+        )
         length = np.sqrt(gx * gx + gy * gy + gz * gz)
-        per_length = 1.0 / length
-        nx, ny, nz = per_length * gx, per_length * gy, per_length * gz
+        nx, ny, nz = gx / length, gy / length, gz / length
         if normal > 0.0 or depth > 0.0:
             pressed[pressed_count] = i
             pressed_count += 1
@@ -147,6 +138,19 @@ def release(before, now, normal_force, closed):
             at += 1
         if at == now.size or now[at] != i:
             normal_force[i], closed[i] = 0.0, False
+
+
+@inlined
+def _press(depth, rate, area, soft, modulus, thickness, give, stiffening, damping_time, lag):
+    """Return the force along ∇φ [N], not positive without contact, and its stiffness [N/m]."""
+    if depth > 0.0:
+        pressure, slope = pressure_and_slope(depth, modulus, thickness, give, stiffening)
+        stiffness = area * slope
+        normal = area * pressure + damping_time * stiffness * rate
+    else:
+        stiffness = soft
+        normal = soft * damping_time * (rate + depth / lag) if lag > 0.0 else 0.0
+    return normal, stiffness
 
 
 @inlined
