@@ -130,7 +130,8 @@ def _timed_phases(scene: Scene) -> dict[str, tuple[float, float]]:
     stamps.append((stamps[-1][0], clock.process_time()))
     simulated, spent = np.array(stamps).T
     start = -trajectory.time[0]
-    keys = [start + keyframe for keyframe in scene.motion.keyframe_times]
+    # A fall may end the run before the device moves.
+    keys = [min(start + each, simulated[-1]) for each in scene.motion.keyframe_times]
     edges = [0.0, *keys, simulated[-1]]
     names = ["settle", *(f"move {i}" for i in range(1, len(keys))), "hold"]
     at = np.interp(edges, simulated, spent)
