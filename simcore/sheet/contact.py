@@ -75,9 +75,8 @@ class PlaneContact:
             friction_velocity=0.1,
         )
 
-
     def set_penalty(self, law: SheetPenalty) -> None:
-        """Take the paper's law for all vertices (Eqs. 14 and S7)."""
+        """Take the paper's law for all vertices (Eqs. S5 and S7)."""
         self.stiffness[:], self.damping[:] = law.stiffness_n_per_m, law.damping_ns_per_m
         self.tangential_stiffness[:] = self.tangential_damping[:] = 0.0
         self.friction_coefficient = -1.0

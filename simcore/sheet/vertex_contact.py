@@ -11,6 +11,7 @@ OFFSET, STIFFNESS, DAMPING, SURFACE_NORMAL, WAS_OPEN = 3, 4, 5, 6, 7  # after th
 ANCHOR, SURFACE, K_T, C_T, COEFFICIENT, SOFTNESS, F_C, EPSILON = 8, 11, 14, 15, 16, 17, 18, 19
 ROW_SIZE = 20
 
+
 @compiled
 def prepare_row(rows, r, inertia, h):
     """Divide the gains of row r by what they are divided by in every sub-step of Eqs. S5 and S6."""
