@@ -83,8 +83,9 @@ class Interaction:
     def exchange(self, moved: DeviceState, q: np.ndarray, v: np.ndarray) -> None:
         """Advance what is neither body nor rigid by one step of the body; here there is nothing."""
 
-    def pace(self, moved: DeviceState) -> float:
-        """Return how long the next step may be, from what was last evaluated [s]: Eq. I3."""
+    def pace(self, moved: DeviceState, q: np.ndarray, v: np.ndarray) -> float:
+        """Return how long the next step may be, from q (60,) and v (47,) [s]: Eq. I3."""
+        pin.forwardKinematics(self.model, self.data, q, v)
         return self.contact.pace(self._views, self._surface_state(moved))
 
     def place(self, q: np.ndarray, moved: DeviceState) -> np.ndarray:

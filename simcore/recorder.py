@@ -205,8 +205,9 @@ class Recorder:
                 "energy": np.full(len(TERMS), np.nan),
             }
         )
-        self._normal[skin] = self._tangential[skin] = self._mat_normal[mat] = 0
-        self._segments[:] = self._support[:] = self._mat_tangential[mat] = 0
+        # A dashpot that would pull leaves friction without a normal force.
+        self._normal[:] = self._tangential[:] = self._mat_normal[:] = self._mat_tangential[:] = 0
+        self._segments[:] = self._support[:] = 0
         self._slipping = self._depth_max = self._duration = 0.0
 
     def tell_energy(self, energy: np.ndarray) -> None:

@@ -114,13 +114,14 @@ class _Run:
         """Advance one step; return whether it completed a recorded frame."""
         now, q, v = self.time, self.q, self.v
         moved = self.moved(now)
-        ticks = self.ladder.choose(self.ticks, lambda: self.interaction.pace(moved))
+        ticks = self.ladder.choose(self.ticks, lambda: self.interaction.pace(moved, q, v))
         self.h = ticks * self.ladder.tick
         self.interaction.exchange(moved, q, v)
         if self.scene.method.integrator == "implicit":
             self.q, self.v = implicit_step(
                 self.scene.body.model, self.interaction.data, self.linearised, now, q, v, self.h
             )
+            self.refuse_blow_up()
             self.interaction.conclude(self.v - v, self.h)
             after = self.moved(now + self.h)
             self.flows += self.interaction.account(v, self.v - v, self.h, after)
@@ -134,15 +135,16 @@ class _Run:
             self.q, self.v = rk4_step(
                 self.scene.body.model, self.acceleration, now, q, v, acceleration, self.h
             )
-        self.ticks += ticks
-        if not np.abs(self.v).max() < SPEED_LIMIT:  # also where it is not a number
             self.refuse_blow_up()
+        self.ticks += ticks
         if recorded and self.progress:
             self.progress(self.time)
         return recorded
 
     def refuse_blow_up(self) -> None:
-        """Raise with the name of the joint that is fastest, or no longer a number."""
+        """Raise where a joint is too fast, with its name, or no longer a number."""
+        if np.abs(self.v).max() < SPEED_LIMIT:
+            return
         model = self.scene.body.model
         worst = int(np.argmax(np.nan_to_num(np.abs(self.v), nan=np.inf)))
         joint = next(j for j in range(1, model.njoints) if worst < model.idx_vs[j] + model.nvs[j])

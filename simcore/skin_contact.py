@@ -216,7 +216,10 @@ class FoundationContact(_OnSkin):
             segments, device, LOOKED_AHEAD * lag, self._pose(segments), self.points
         )
         before, self.listed = self.listed, self._near.listed
-        release(before, self.listed, self.normal_force, self._closed)
+        release(
+            before, self.listed, self._flesh[1], self.normal_force, self._closed, self._stretch,
+            self._slid,
+        )
         self._move(segments)
         self._device, self._lag = device, lag
         count, depth_max, deepest, self._pressed, self._pace = foundation_forces(

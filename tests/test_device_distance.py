@@ -359,3 +359,10 @@ def test_grids_of_too_many_nodes_are_coarser(monkeypatch):
     points = nodes(field)
     inside = from_box(points) < BAND
     assert field.values.ravel()[inside] == pytest.approx(from_box(points)[inside], abs=ROUNDING)
+
+
+def test_a_point_that_is_none_has_no_distance():
+    field = field_of("box")
+    for point in ([np.nan, 0, 0], [0, np.nan, 0], [np.inf, 0, 0]):
+        told = distance_and_gradient(field.values, field.origin, field.spacing, *point)
+        assert np.isnan(told[0]) and told[1:] == (0, 0, 0)

@@ -14,9 +14,10 @@ def distance_and_gradient(values, origin, spacing, x, y, z):
     energy it took. Its length is about 1 but not exactly; for a direction alone, as of friction,
     divide by it.
 
-    Outside, with c the nearest point of the grid's box, the distance is √(‖x − c‖² + φ(c)²):
-    continuous, and as the solid lies in the box, which is convex, not greater than the true one
-    where φ(c) is not. The gradient is given as zero: nothing touches there.
+    Outside, with c the nearest point of the grid's box, the distance is √(‖x − c‖² + φ(c)²), or
+    ‖x − c‖ where the solid ends with the box: as it lies in there, and boxes are convex, not
+    greater than the true one where φ(c) is not. The gradient is given as zero: nothing touches
+    there. A point that is none has no distance.
 
     Parameters
     ----------
@@ -32,6 +33,8 @@ def distance_and_gradient(values, origin, spacing, x, y, z):
     nx, ny, nz = values.shape
     per = 1.0 / spacing
     u, v, w = per * (x - origin[0]), per * (y - origin[1]), per * (z - origin[2])
+    if not u + v + w < np.inf:
+        return np.nan, 0.0, 0.0, 0.0
     a = min(max(u, 0.0), nx - 1.0)
     b = min(max(v, 0.0), ny - 1.0)
     c = min(max(w, 0.0), nz - 1.0)
@@ -49,7 +52,7 @@ def distance_and_gradient(values, origin, spacing, x, y, z):
     distance = d0 + r * (d1 - d0)
     if u != a or v != b or w != c:
         outside = spacing * spacing * ((u - a) ** 2 + (v - b) ** 2 + (w - c) ** 2)
-        return np.sqrt(outside + distance * distance), 0.0, 0.0, 0.0
+        return np.sqrt(outside + max(distance, 0.0) ** 2), 0.0, 0.0, 0.0
     return distance, per * (d1 - d0), per * (y0 + r * (y1 - y0)), per * (z0 + r * (z1 - z0))
 
 

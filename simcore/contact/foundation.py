@@ -41,6 +41,9 @@ from simcore.compiled import compiled, inlined
 from simcore.contact.distance_lookup import distance_and_gradient, seen_from
 from simcore.contact.layer import SHEAR_SHARE, pressure_and_slope
 
+FLAT = 1e-12
+"""A gradient shorter than this, in the very middle of a slab, has no direction."""
+
 LOOKED_AHEAD = 3.0
 """Skin that will touch within so many lags, as it moves now, is listed and counts for the length
 of the next step: until the end of that, unless it is longer than this one."""
@@ -70,8 +73,7 @@ def foundation_forces(
     -------
     contact_count, depth_max, deepest
         Of what is inside; the deepest vertex is −1 without contact.
-    pressed : (p,) int64
-        Vertices that bear force or are inside.
+    pressed : (p,) int64, vertices that bear force or are inside
     pace : float
         Time within which none that touches, or will within `LOOKED_AHEAD` lags, moves farther than
         `motion`, or than it is away [s] (Eq. I3).
@@ -95,7 +97,8 @@ def foundation_forces(
             damping_time[i], lag,
         )
         length = np.sqrt(gx * gx + gy * gy + gz * gz)
-        nx, ny, nz = gx / length, gy / length, gz / length
+        flat = max(length, FLAT)
+        nx, ny, nz = gx / flat, gy / flat, gz / flat
         if normal > 0.0 or depth > 0.0:
             pressed[pressed_count] = i
             pressed_count += 1
@@ -130,13 +133,16 @@ def foundation_forces(
 
 
 @compiled
-def release(before, now, normal_force, closed):
-    """Let go of the vertices that were listed and are no longer; both lists are sorted."""
+def release(before, now, soft, normal_force, closed, stretch, slid):
+    """Let go of the vertices that were listed and are no longer, and of what their ties hold."""
     at = 0
     for i in before:
         while at < now.size and now[at] < i:
             at += 1
         if at == now.size or now[at] != i:
+            if closed[i]:
+                slid[0] += 0.5 * SHEAR_SHARE * soft[i] * (
+                    stretch[i, 0] ** 2 + stretch[i, 1] ** 2 + stretch[i, 2] ** 2)
             normal_force[i], closed[i] = 0.0, False
 
 

@@ -9,7 +9,7 @@ class StepLadder:
         h = max {h_max / 2ᵏ ≥ h_min : h ≤ pace}                                          (Eq. I3)
 
     Steps start at multiples of their length, so that times are counted in whole ticks and every
-    step of h_max ends on one.
+    step of h_max ends on one. None is longer than twice the one before, which told what is near.
 
     Parameters
     ----------
@@ -24,6 +24,7 @@ class StepLadder:
 
     def __init__(self, longest: float, shortest: float):
         self._coarsest = round(longest / shortest)
+        self._last = self._coarsest
         self.longest = longest
         self.tick = longest / self._coarsest
 
@@ -38,7 +39,8 @@ class StepLadder:
         if self._coarsest == 1:
             return 1
         allowed = pace()
-        ticks = self._coarsest
+        ticks = min(2 * self._last, self._coarsest)
         while ticks > 1 and (now % ticks or ticks * self.tick > allowed):
             ticks //= 2
+        self._last = ticks
         return ticks
