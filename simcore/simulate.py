@@ -35,7 +35,8 @@ def simulate(scene: Scene, progress: Progress | None = None) -> Trajectory:
     Returns
     -------
     Trajectory
-        Also of a run that failed: up to its last good frame, with status and reason.
+        Also of a run that failed: up to its last good frame, with status and reason. That a sheet
+        passes into a body that has fallen is no failure; there the run ends.
 
     Raises
     ------
@@ -51,7 +52,9 @@ def simulate(scene: Scene, progress: Progress | None = None) -> Trajectory:
     except SimulationError as error:
         if not run.recorder.frame_count:
             raise
-        status, reason = error.status, error.reason
+        # A sheet may be squeezed through a hand as the body falls out of it: the verdict stands.
+        if not (error.status == "slip_through" and np.isfinite(run.recorder.fall_time)):
+            status, reason = error.status, error.reason
     return run.recorder.trajectory(
         device_start=run.device_start if np.isfinite(run.device_start) else run.time,
         settled=run.settled,

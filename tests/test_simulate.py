@@ -6,8 +6,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from simcore.errors import SimulationError
 from simcore.recorder import FALL_DISPLACEMENT
-from simcore.simulate import SPEED_LIMIT, simulate
+from simcore.simulate import SPEED_LIMIT, _Run, simulate
 
 AWAY = {"posture.placement.approach": (), "posture.placement.pelvis_m": (0.2, 0.0, 3.0)}
 SHORT = {
@@ -178,3 +179,20 @@ def test_blow_up_names_a_joint_and_keeps_the_good_frames(scene_with, cause, join
         assert np.isfinite(getattr(trajectory, name)).all(), name
     assert np.abs(trajectory.v).max() < SPEED_LIMIT
     assert np.all(trajectory.time <= 0)  # it never came to the device's motion
+
+
+@pytest.mark.parametrize(("status", "told"), [("slip_through", "ok"), ("blow_up", "blow_up")])
+def test_a_sheet_that_passes_after_the_fall_leaves_the_verdict(
+    scene_with, monkeypatch, status, told
+):
+    step = _Run.step
+
+    def fails_after_the_fall(run):
+        if np.isfinite(run.recorder.fall_time):
+            raise SimulationError(status, "as a hand is squeezed")
+        return step(run)
+
+    monkeypatch.setattr(_Run, "step", fails_after_the_fall)
+    trajectory = simulate(scene_with(AWAY | {"record_rate_hz": 100}))
+    assert trajectory.status == told
+    assert trajectory.displacement[-1] > FALL_DISPLACEMENT
