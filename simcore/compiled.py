@@ -46,12 +46,15 @@ def _folder_in_package(file: str) -> str:
 
 UserProvidedCacheLocator.get_suitable_cache_subpath = staticmethod(_folder_in_package)
 
-compiled = njit(cache=True, error_model="numpy", fastmath={"contract"})
-"""Decorator of a kernel; division by zero gives infinity, as in numpy. Products may be rounded
-together with the sum they belong to, which makes the springs of a sheet 1.7 times as fast; nothing
-else of fast mathematics is allowed, so that what is not a number stays one."""
+compiled = njit(cache=True, error_model="numpy")
+"""Decorator of a kernel; division by zero gives infinity, as in numpy."""
 
-inlined = njit(cache=True, error_model="numpy", fastmath={"contract"}, inline="always")
+fused = njit(cache=True, error_model="numpy", fastmath={"contract"})
+"""The same, but products may be rounded with the sum they belong to, which makes the springs
+of a sheet 1.7 times as fast. Nothing else of fast mathematics is allowed, so that what is not a
+number stays one. Not for bodies: their meshes would be others."""
+
+inlined = njit(cache=True, error_model="numpy", inline="always")
 """Decorator of what kernels call for every point: put into each of them, where calls would cost as
 much as what they do. It can be called from Python as well."""
 

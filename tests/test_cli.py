@@ -71,7 +71,8 @@ def test_check_counts_the_candidates(study, simcore):
         (["export", "run.nc", "--glb"], "run.nc: cannot be read as NetCDF"),
         (["export", "run.nc", "--glb", "--out", "config"], "--out config: is a folder"),
         (["replay", "run.nc", "--no-open"], "run.nc: cannot be read as NetCDF"),
-        (["bench", "cloth"], "bench: no case cloth; accepted: lift, sling"),
+        (["bench", "cloth"],
+         "bench: no case cloth; accepted: lift, fall, paper, paper_fall, sling"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_one_line_and_writes_nothing(study, simcore, arguments, expected):

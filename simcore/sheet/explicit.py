@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simcore.compiled import compiled
+from simcore.compiled import fused
 from simcore.errors import DesignError
 from simcore.sheet.contact import PlaneContact
 from simcore.sheet.hanging import BarState, bar_points
@@ -27,6 +27,10 @@ SUBSTEP_MAX = 2.5e-4
 # net's own frequencies and leaves the swing of the whole sheet alone.
 SPRING_DAMPING_TIME = 2.0e-5
 """Damping over stiffness of every spring, β [s]."""
+
+BED_ACCOUNT = 4
+"""Sub-steps for which one tells what the bed spends: it would cost as much as the rest of
+the bed's law."""
 
 ADDED_INERTIA_MAX = 15.0
 """Most inertia, over the sheet's mass, that a sub-step may need to be stable [kg]."""
@@ -176,7 +180,7 @@ class _Grid:
         self.of_skin, self.of_bed, self.none = np.zeros((3, 3, count))
 
 
-@compiled
+@fused
 def _substeps(
     vertex_position, vertex_velocity, place, position, velocity, velocity_single, force, h, count,
     offsets, stiffness, rest_length, buckling_strain, share, damping_time, factor, pad, mobility,
@@ -213,11 +217,11 @@ def _substeps(
             _accelerate(velocity[axis], force[axis], mobility, drag, h)
         solve_planes(
             bed_rows, bed_place, position, velocity, velocity_single, mobility, h, of_skin,
-            of_bed, bed_impulse, spent,
+            of_bed, bed_impulse, spent, _stands_for(substep, count),
         )
         solve_planes(
             rows, row_place, position, velocity, velocity_single, mobility, h, none, of_skin,
-            row_impulse, spent,
+            row_impulse, spent, 1,
         )
         for axis in range(3):
             _move(position[axis], velocity[axis], h)
@@ -229,7 +233,15 @@ def _substeps(
     _conclude(bed_rows, bed_vertex, bed_force, bed_place, of_bed, vertex_position)
 
 
-@compiled
+@fused
+def _stands_for(substep, count):
+    """Return for how many sub-steps the account of the bed is taken in this one: every fourth."""
+    if substep % BED_ACCOUNT == BED_ACCOUNT - 1:
+        return BED_ACCOUNT
+    return count % BED_ACCOUNT if substep == count - 1 else 0
+
+
+@fused
 def _prepare(rows, vertex, row_force, place, mobility, h, force):
     """Make rows ready for sub-steps; put their last forces on the grid and return their places."""
     row_place = place[vertex]
@@ -241,7 +253,7 @@ def _prepare(rows, vertex, row_force, place, mobility, h, force):
     return row_place
 
 
-@compiled
+@fused
 def _conclude(rows, vertex, row_force, row_place, force, vertex_position):
     """Note the last force of each row; tie what is open to where its vertex is."""
     for r in range(vertex.size):
@@ -251,19 +263,19 @@ def _conclude(rows, vertex, row_force, row_place, force, vertex_position):
                 rows[r, ANCHOR + axis] = vertex_position[vertex[r], axis]
 
 
-@compiled
+@fused
 def _accelerate(velocity, force, mobility, drag, h):
     for p in range(velocity.size):
         velocity[p] += h * mobility[p] * (force[p] - drag[p] * velocity[p])
 
 
-@compiled
+@fused
 def _move(position, velocity, h):
     for p in range(position.size):
         position[p] += h * velocity[p]
 
 
-@compiled
+@fused
 def _add_strap(
     s, position, velocity, force, time, h, bar_point, bar_velocity, length, stiffness, damping,
     patch_start, patch_place, patch_weight, impulse,

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from simcore.compiled import compiled
+from simcore.compiled import fused
 
 TINY = np.float32(1e-24)
 """Added to squared lengths [m²]: no division by zero between absent grid points."""
 
 
-@compiled
+@fused
 def add_spring_forces(
     position, velocity, force, offsets, stiffness, rest_length, buckling_strain, share,
     damping_time, factor, pad,
@@ -75,7 +75,7 @@ def add_spring_forces(
             )
 
 
-@compiled
+@fused
 def _factors(
     ax, ay, az, bx, by, bz, au, av, aw, bu, bv, bw, stiffness, rest_length, buckling, share,
     damping_time, factor,
@@ -95,7 +95,7 @@ def _factors(
         factor[p] = stiffness[p] * (stretch + damping_time * rate * inverse * inverse)
 
 
-@compiled
+@fused
 def _gather(
     force, x, x_a, a_x, x_b, b_x, x_c, c_x, from_a, to_a, from_b, to_b, from_c, to_c
 ):

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from simcore.compiled import compiled
+from simcore.compiled import fused
 
 # Columns of a contact row; vectors take three. What an open plane needs comes first and fits into
 # one line of the cache.
@@ -12,7 +12,7 @@ ANCHOR, SURFACE, K_T, C_T, COEFFICIENT, SOFTNESS, F_C, EPSILON = 8, 11, 14, 15, 
 ROW_SIZE = 20
 
 
-@compiled
+@fused
 def prepare_row(rows, r, inertia, h):
     """Divide the gains of row r by what they are divided by in every sub-step of Eqs. S5 and S6."""
     for stiffness, damping in ((STIFFNESS, DAMPING), (K_T, C_T)):
@@ -149,9 +149,10 @@ def _spent(rows, r, px, py, pz, vx, vy, vz, rate, h, plane):
     return heat, rubbed, lost
 
 
-@compiled
+@fused
 def solve_planes(
-    rows, place, position, velocity, before, mobility, h, expected, force, impulse, spent
+    rows, place, position, velocity, before, mobility, h, expected, force, impulse, spent,
+    stands_for,
 ):
     """Move the vertices that have a plane through a sub-step.
 
@@ -177,6 +178,8 @@ def solve_planes(
     spent : (3,) float64
         Has heat of the dashpots, work of sliding friction and what the sub-step itself took out
         added [J]: `_spent`.
+    stands_for : int
+        Sub-steps that this one's account is taken for; without an account 0.
     """
     # Sums of their own: in the array they would be stored, and the rows read again, each time.
     all_heat = all_rubbed = all_lost = 0.0
@@ -189,10 +192,11 @@ def solve_planes(
         vz = velocity[2, p] + rate * expected[2, p]
         plane = _plane_force(rows, r, px, py, pz, vx, vy, vz, rate, h)
         normal, fx, fy, fz = plane[0], plane[1], plane[2], plane[3]
-        heat, rubbed, lost = _spent(rows, r, px, py, pz, vx, vy, vz, rate, h, plane)
-        all_heat += heat
-        all_rubbed += rubbed
-        all_lost += lost
+        if stands_for > 0:
+            heat, rubbed, lost = _spent(rows, r, px, py, pz, vx, vy, vz, rate, h, plane)
+            all_heat += heat
+            all_rubbed += rubbed
+            all_lost += lost
         _move_on(rows, r, px, py, pz, rate, h, plane)
         if normal > 0.0:
             fx, fy, fz = (fx + normal * rows[r, 0], fy + normal * rows[r, 1],
@@ -200,14 +204,15 @@ def solve_planes(
             velocity[0, p] += rate * fx
             velocity[1, p] += rate * fy
             velocity[2, p] += rate * fz
-            all_lost += 0.5 * h * (fx * (vx + rate * fx - before[0, p])
-                                   + fy * (vy + rate * fy - before[1, p])
-                                   + fz * (vz + rate * fz - before[2, p]))
+            if stands_for > 0:
+                all_lost += 0.5 * h * (fx * (vx + rate * fx - before[0, p])
+                                       + fy * (vy + rate * fy - before[1, p])
+                                       + fz * (vz + rate * fz - before[2, p]))
             impulse[r, 0] += h * fx
             impulse[r, 1] += h * fy
             impulse[r, 2] += h * fz
             impulse[r, 3] += h * normal
         force[0, p], force[1, p], force[2, p] = fx, fy, fz
-    spent[0] += all_heat
-    spent[1] += all_rubbed
-    spent[2] += all_lost
+    spent[0] += stands_for * all_heat
+    spent[1] += stands_for * all_rubbed
+    spent[2] += stands_for * all_lost
