@@ -245,6 +245,7 @@ def test_what_a_lift_leaves_over_is_of_the_order_of_the_step(lift_with, raised):
         run = simulate(lift_with(RAISED, SHORT | {"time_step_s": step}))
         left.append(np.abs(unexplained(run.energy)).max())
     assert left[0] / left[1] > 1.6 and left[1] / left[2] > 1.6
+    assert left[2] < 2e-3 * exchanged(run.energy)
 
 
 @pytest.mark.parametrize("place", [0, 2], ids=["device", "dashpots"])

@@ -338,7 +338,7 @@ def test_thighs_that_meet_are_pushed_apart():
         with_contact, without = accelerations(q)
         pushed[change] = with_contact - without
         angles["hip_left"]["abduction"] -= change
-    assert np.abs(pushed[0.25]).max() < 1e-9
+    assert not pushed[0.25].any()
     step = pin.integrate(model, q, 1e-4 * pushed[-0.25])
     turned = joint_angles(scene.body, step)["hip_left"]["abduction"]
     assert turned > angles["hip_left"]["abduction"] + 0.25 + 1e-5

@@ -19,6 +19,7 @@ from simcore.sheet import (
 )
 from simcore.sheet.bed import springy_bed
 from simcore.sheet.energy import planes_energy
+from simcore.validation.incline import STUCK
 from simcore.validation.sheet_scenes import (
     FOUNDATION,
     NO_STRAPS,
@@ -117,6 +118,7 @@ def test_held_below_the_friction_angle_it_sticks(kind):
     assert reaction.bed_force[0] == pytest.approx(-down, rel=1e-3)
     way = (sheet.net.mass @ (state.position - sheet_start(sheet)))[0] / sheet.net.mass.sum()
     assert way == pytest.approx(DENSITY * G * sin(angle) / (FOUNDATION / 3), rel=0.02)
+    assert np.abs(state.velocity).max() < STUCK
     assert abs(sheet.net.mass @ state.velocity[:, 0]) / sheet.net.mass.sum() < 1e-7  # no creep
 
 
