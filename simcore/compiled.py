@@ -12,6 +12,7 @@ import fcntl
 import hashlib
 from pathlib import Path
 
+import llvmlite.binding as llvm
 import numba
 from numba import njit
 from numba.core.caching import IndexDataCacheFile, UserProvidedCacheLocator
@@ -32,6 +33,10 @@ def _source_digest() -> str:
 
 
 numba.config.CACHE_DIR = str(cache_folder() / "kernels" / _source_digest())
+
+# Of loops over many arrays, whether these overlap is asked when they run; by default only if that
+# takes no more than 128 comparisons, and the planes of a sheet need some 500.
+llvm.set_option("simcore", "--vectorize-memory-check-threshold=4096")
 
 _folder_of = UserProvidedCacheLocator.get_suitable_cache_subpath
 

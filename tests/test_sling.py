@@ -148,7 +148,7 @@ def test_the_sheet_keeps_momentum_to_rounding():
     """Springs give none; what else acts is told by the reaction. Without drag."""
     plain = falling_scene()
     sheet = dataclasses.replace(plain.sling.solver.sheet, drag_rate=0.0)
-    explicit = ExplicitSolver(sheet)
+    explicit = ExplicitSolver(sheet, precision=float)
     still = dataclasses.replace(plain, sling=dataclasses.replace(plain.sling, solver=explicit))
     seen, solver = watched(still)
     steps = Steps(seen)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from simcore.compiled import compiled
-from simcore.sheet.vertex_contact import (
+from simcore.sheet.rows import (
     ANCHOR,
     C_T,
     COEFFICIENT,

@@ -8,9 +8,7 @@ from simcore.errors import DesignError, SimulationError
 from simcore.sheet.contact import PlaneContact
 from simcore.sheet.hanging import BarState, bar_points
 from simcore.sheet.implicit_forces import add_contact, add_springs, add_straps
-from simcore.sheet.rows import Rows, gather_rows, scatter_rows
-from simcore.sheet.solver import Reaction, Sheet, SheetState, check_finite, rows_of_bed
-from simcore.sheet.vertex_contact import (
+from simcore.sheet.rows import (
     ANCHOR,
     C_T,
     DAMPING,
@@ -20,7 +18,11 @@ from simcore.sheet.vertex_contact import (
     OFFSET,
     STIFFNESS,
     SURFACE,
+    Rows,
+    gather_rows,
+    scatter_rows,
 )
+from simcore.sheet.solver import Reaction, Sheet, SheetState, check_finite, planes_of_bed
 
 STEP_MAX = 2.0e-3
 """Longest step taken unasked [s]."""
@@ -96,7 +98,7 @@ class LiuSolver:
         """Implement `simcore.sheet.solver.SheetSolver.advance` by steps of at most `step`."""
         count = max(1, int(np.ceil(dt / self.step * (1 - 1e-9))))
         points, velocities = bar_points(self.sheet.straps, bar)
-        rows, bed = gather_rows(contact), rows_of_bed(self.sheet, state)
+        rows, bed = gather_rows(contact), gather_rows(planes_of_bed(self.sheet, state))
         strap_force = np.zeros_like(points)
         iterations, h = 0, dt / count
         for step in range(count):

@@ -6,19 +6,12 @@ import numpy as np
 
 from simcore.compiled import compiled
 from simcore.sheet.contact import ContactForce, PlaneContact
-from simcore.sheet.vertex_contact import (
-    ANCHOR,
-    C_T,
-    COEFFICIENT,
-    DAMPING,
-    EPSILON,
-    F_C,
-    K_T,
-    OFFSET,
-    ROW_SIZE,
-    STIFFNESS,
-    SURFACE,
+
+# Columns of a row; vectors take three, and the normal comes first.
+OFFSET, STIFFNESS, DAMPING, ANCHOR, SURFACE, K_T, C_T, COEFFICIENT, F_C, EPSILON = (
+    3, 4, 5, 6, 9, 12, 13, 14, 15, 16
 )
+ROW_SIZE = 17
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +21,7 @@ class Rows:
     Attributes
     ----------
     data : (m, ROW_SIZE) float64
-        Columns as in `simcore.sheet.vertex_contact`.
+        Columns as above.
     vertex : (m,) int64
         Vertex that a row belongs to.
     force : (m, 3) float64

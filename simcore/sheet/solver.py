@@ -10,7 +10,6 @@ from simcore.sheet.bed import BedContact
 from simcore.sheet.contact import ContactForce, PlaneContact
 from simcore.sheet.hanging import BarState, Straps
 from simcore.sheet.net import Net
-from simcore.sheet.rows import Rows, gather_rows
 
 GRAVITY = 9.80665
 """Standard gravity, along −z [m/s²] (CGPM 1901)."""
@@ -141,7 +140,7 @@ def lay_flat(net: Net, origin: np.ndarray, rotation: np.ndarray | None = None) -
     return SheetState(position, np.zeros_like(position))
 
 
-def rows_of_bed(sheet: Sheet, state: SheetState) -> Rows:
+def planes_of_bed(sheet: Sheet, state: SheetState) -> PlaneContact:
     """Return the planes of the bed under a sheet for a step; none without a bed."""
     if state.on_bed is None:
         state.on_bed = (
@@ -149,7 +148,7 @@ def rows_of_bed(sheet: Sheet, state: SheetState) -> Rows:
         )
     if sheet.bed:
         sheet.bed.find(state.position, state.on_bed)
-    return gather_rows(state.on_bed)
+    return state.on_bed
 
 
 def check_finite(state: SheetState) -> None:

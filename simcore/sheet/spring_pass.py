@@ -4,16 +4,16 @@ import numpy as np
 
 from simcore.compiled import fused
 
-TINY = np.float32(1e-24)
+TINY = 1e-24
 """Added to squared lengths [m²]: no division by zero between absent grid points."""
 
 
 @fused
-def add_spring_forces(
-    position, velocity, force, offsets, stiffness, rest_length, buckling_strain, share,
-    damping_time, factor, pad,
+def pull_springs(
+    coarse, fine, velocity, offsets, stiffness, rest_length, buckling_strain, share, damping_time,
+    pull, first, last,
 ):
-    """Add the force of every spring to both of its ends.
+    """Write the force of every spring on the vertex that it starts from.
 
     A spring from grid point a to b with d = x_b − x_a, l = ‖d‖ pulls a by s d and b by −s d:
 
@@ -21,87 +21,83 @@ def add_spring_forces(
 
     where l − r below −(buckling strain) r counts by its share only.
 
-    s is computed in single precision and d in double: the forces of a spring are exactly opposite
-    and parallel to it, so that both momenta are kept to the rounding of doubles. All loops run over
-    slices; with offset indices they do not vectorise.
+    Positions are given in two parts, the coarse one rounded and the fine one what is left: the
+    difference of the coarse ones is exact, so that d has the precision of its own size and not
+    that of the place in the world.
 
     Parameters
     ----------
-    position : (3, N) float64
-        Flattened grid, with at least `pad` absent points before and after [m].
-    velocity : (3, N) float32
-        [m/s]
-    force : (3, N) float64
-        Added to [N].
-    offsets : (6,) int64
-        Step of each direction in the flattened grid, at most `pad`.
-    stiffness, rest_length : (6, N) float32
+    coarse, fine, velocity : (3, N)
+        On the grid [m, m/s].
+    offsets : (6,) uint64
+        Step of each direction in the flattened grid.
+    stiffness, rest_length : (6, N)
         Of the spring that starts at a grid point, 0 where there is none [N/m], [m].
     buckling_strain : float
         Compression over rest length at which a spring buckles.
-    share : (6,) float32
+    share : (6,)
         Share of the stiffness beyond it, by direction.
     damping_time : float
         β [s].
-    factor : (6, N) float32
-        s of the springs [N/m]; overwritten, 0 in the pads.
+    pull : (6, 3, N)
+        Overwritten [N].
+    first, last : uint64
+        Points to run over.
     """
-    end = position.shape[1] - pad
+    one, zero, tiny = share.dtype.type(1.0), share.dtype.type(0.0), share.dtype.type(TINY)
     for i in range(offsets.size):
-        step = offsets[i]
-        _factors(
-            position[0, pad:end], position[1, pad:end], position[2, pad:end],
-            position[0, pad + step : end + step], position[1, pad + step : end + step],
-            position[2, pad + step : end + step],
-            velocity[0, pad:end], velocity[1, pad:end], velocity[2, pad:end],
-            velocity[0, pad + step : end + step], velocity[1, pad + step : end + step],
-            velocity[2, pad + step : end + step],
-            stiffness[i, pad:end], rest_length[i, pad:end], np.float32(buckling_strain), share[i],
-            np.float32(damping_time), factor[i, pad:end],
+        _pull(
+            coarse[0], coarse[1], coarse[2], fine[0], fine[1], fine[2], velocity[0], velocity[1],
+            velocity[2], offsets[i], stiffness[i], rest_length[i], buckling_strain, one - share[i],
+            damping_time, pull[i, 0], pull[i, 1], pull[i, 2], first, last, zero, one, tiny,
         )
+
+
+@fused
+def _pull(
+    hx, hy, hz, lx, ly, lz, vx, vy, vz, step, k, rest, buckling_strain, yielding, damping_time,
+    fx, fy, fz, first, last, zero, one, tiny,
+):
+    """Write the pull of the springs of one direction."""
+    for p in range(first, last):
+        q = p + step
+        dx = (hx[q] - hx[p]) + (lx[q] - lx[p])
+        dy = (hy[q] - hy[p]) + (ly[q] - ly[p])
+        dz = (hz[q] - hz[p]) + (lz[q] - lz[p])
+        rate = dx * (vx[q] - vx[p]) + dy * (vy[q] - vy[p]) + dz * (vz[q] - vz[p])
+        inverse = one / np.sqrt(dx * dx + dy * dy + dz * dz + tiny)
+        ratio = rest[p] * inverse
+        stretch = one - ratio
+        stretch -= yielding * min(stretch + buckling_strain * ratio, zero)
+        s = k[p] * (stretch + damping_time * rate * inverse * inverse)
+        fx[p], fy[p], fz[p] = s * dx, s * dy, s * dz
+
+
+@fused
+def accelerate(
+    before, pull, offsets, mass, mobility, gravity, drag_rate, h, velocity, first, last
+):
+    """Write the velocities (3, N) that springs, weight and drag give in a sub-step h [s].
+
+    What pulls the start of a spring pulls its end the other way.
+    """
+    a, b, c, d, e, f = offsets[0], offsets[1], offsets[2], offsets[3], offsets[4], offsets[5]
     for axis in range(3):
-        x = position[axis]
-        for i in (0, 3):
-            j, k = i + 1, i + 2
-            a, b, c = offsets[i], offsets[j], offsets[k]
-            _gather(
-                force[axis, pad:end], x[pad:end],
-                x[pad + a : end + a], x[pad - a : end - a],
-                x[pad + b : end + b], x[pad - b : end - b],
-                x[pad + c : end + c], x[pad - c : end - c],
-                factor[i, pad:end], factor[i, pad - a : end - a],
-                factor[j, pad:end], factor[j, pad - b : end - b],
-                factor[k, pad:end], factor[k, pad - c : end - c],
-            )
+        was, now, g = before[axis], velocity[axis], gravity[axis]
+        pa, pb, pc = pull[0, axis], pull[1, axis], pull[2, axis]
+        pd, pe, pf = pull[3, axis], pull[4, axis], pull[5, axis]
+        for p in range(first, last):
+            mine = ((pa[p] + pb[p]) + (pc[p] + pd[p])) + (pe[p] + pf[p])
+            others = ((pa[p - a] + pb[p - b]) + (pc[p - c] + pd[p - d])) + (pe[p - e] + pf[p - f])
+            force = mass[p] * (g - drag_rate * was[p]) + (mine - others)
+            now[p] = was[p] + h * mobility[p] * force
 
 
 @fused
-def _factors(
-    ax, ay, az, bx, by, bz, au, av, aw, bu, bv, bw, stiffness, rest_length, buckling, share,
-    damping_time, factor,
-):
-    """Write s of each spring [N/m]."""
-    for p in range(factor.size):
-        dx = np.float32(bx[p] - ax[p])
-        dy = np.float32(by[p] - ay[p])
-        dz = np.float32(bz[p] - az[p])
-        rate = dx * (bu[p] - au[p]) + dy * (bv[p] - av[p]) + dz * (bw[p] - aw[p])
-        inverse = np.float32(1.0) / np.sqrt(dx * dx + dy * dy + dz * dz + TINY)
-        ratio = rest_length[p] * inverse
-        stretch = np.float32(1.0) - ratio
-        beyond = stretch + buckling * ratio
-        if beyond < np.float32(0.0):
-            stretch -= (np.float32(1.0) - share) * beyond
-        factor[p] = stiffness[p] * (stretch + damping_time * rate * inverse * inverse)
-
-
-@fused
-def _gather(
-    force, x, x_a, a_x, x_b, b_x, x_c, c_x, from_a, to_a, from_b, to_b, from_c, to_c
-):
-    """Add one axis of the force of three springs from, and three to, each point."""
-    for p in range(force.size):
-        here = x[p]
-        force[p] += (
-            from_a[p] * (x_a[p] - here) + from_b[p] * (x_b[p] - here) + from_c[p] * (x_c[p] - here)
-        ) - (to_a[p] * (here - a_x[p]) + to_b[p] * (here - b_x[p]) + to_c[p] * (here - c_x[p]))
+def move(fine, velocity, before, h, first, last):
+    """Move the fine positions (3, N) by a sub-step h [s]; the velocities become those before."""
+    for axis in range(3):
+        x, now, was = fine[axis], velocity[axis], before[axis]
+        for p in range(first, last):
+            x[p] += h * now[p]
+            was[p] = now[p]
