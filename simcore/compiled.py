@@ -59,6 +59,10 @@ fused = njit(cache=True, error_model="numpy", fastmath={"contract"})
 of a sheet 1.7 times as fast. Nothing else of fast mathematics is allowed, so that what is not a
 number stays one. Not for bodies: their meshes would be others."""
 
+reassociated = njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
+"""The same for sums, which may be taken in another order: in as many parts as the machine has
+lanes. On one machine they are the same each time."""
+
 inlined = njit(cache=True, error_model="numpy", inline="always")
 """Decorator of what kernels call for every point: put into each of them, where calls would cost as
 much as what they do. It can be called from Python as well."""

@@ -126,7 +126,7 @@ class _Run:
             )
             self.refuse_blow_up()
             self.interaction.conclude(self.v - v, self.h)
-            after = self.moved(now + self.h)
+            after = self.moved((self.ticks + ticks) * self.ladder.tick)
             self.flows += self.interaction.account(v, self.v - v, self.h, after)
             recorded = self.recorder.observe(now, self.h, q, v, moved)
             if recorded:

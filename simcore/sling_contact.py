@@ -8,6 +8,7 @@ from simcore.contact import tracking
 from simcore.contact.foundation_energy import energy_between
 from simcore.contact.layer import SHEAR_SHARE, STRAIN_MAX
 from simcore.contact.tangential import add_parts
+from simcore.contact.tiles import spread_by_tiles
 from simcore.errors import SimulationError
 from simcore.scene import Scene, segment_of_vertex
 from simcore.sheet.contact import ContactForce, PlaneContact
@@ -37,6 +38,8 @@ class SheetOnSkin:
         Sheet vertices that were pressed in the last step.
     depth_max, deepest : float, int
         Greatest depth of a sheet vertex in the skin at its start [m], and its skin vertex.
+    near : (l,) int64
+        Skin vertices that the sheet may touch.
     touched : (t,) int64
         Skin vertices that the sheet pressed in the last step.
     skin_force : (n, 3), skin_normal : (n,) float64
@@ -62,6 +65,7 @@ class SheetOnSkin:
         self._tile = max(np.sqrt(3 / np.pi * net.spacing.prod()), WINDOW)
         self._tracker = tracking.SurfaceTracker(len(net.mass), skin.ring_offsets, skin.ring_next)
         self._thickness = scene.flesh.thickness if scene.flesh else limb_depth(scene.body)
+        self._room = self._thickness / THICKNESS_SHARE
         self.planes = PlaneContact.empty(len(net.mass))
         self.planes.normal = self._tracker.normal
         if self._law:
@@ -75,7 +79,7 @@ class SheetOnSkin:
         self._of_skin = ContactForce(np.zeros((len(net.mass), 3)), np.zeros(len(net.mass)))
         self._met = np.empty(0, np.int64)  # sheet vertices that had a plane in the last step
         self.contact_count, self.depth_max, self.deepest = 0, 0.0, -1
-        self.touched = np.empty(0, np.int64)
+        self.near = self.touched = np.empty(0, np.int64)
         self.skin_force = np.zeros((skin.vertex_count, 3))
         self.skin_normal = np.zeros(skin.vertex_count)
         self.skin_direction = np.zeros((skin.vertex_count, 3))
@@ -86,9 +90,10 @@ class SheetOnSkin:
         self._pressed = np.full(len(net.mass), -1)
         self._direction = np.zeros((len(net.mass), 3))
         self._along, self._across = np.zeros((2, len(net.mass)))
+        self._impulse = np.zeros((len(net.mass), 3))
 
-    def find(self, sheet: SheetState, skin: np.ndarray, reference: np.ndarray) -> np.ndarray:
-        """Follow the sheet over the skin; return the skin vertices (l,) that it may touch.
+    def find(self, sheet: SheetState, skin: np.ndarray, reference: np.ndarray) -> None:
+        """Follow the sheet over the skin.
 
         Parameters
         ----------
@@ -97,10 +102,13 @@ class SheetOnSkin:
         reference : (3,) float64
             Where the pelvis is [m].
         """
-        tracker = self._tracker
-        tracker.update(sheet.position, skin, reference)
-        near = tracker.vertex[(tracker.gap <= tracking.NEAR) & (tracker.vertex >= 0)]
-        return np.concatenate([near, self._pressed[self._pressed >= 0]])
+        self._tracker.update(sheet.position, skin, reference)
+        # What was pressed, and is left, still has to tell what it did not take.
+        self.near = np.concatenate([self._tracker.near(), self._pressed[self._pressed >= 0]])
+
+    def slide(self, sheet: SheetState, skin: np.ndarray) -> None:
+        """Let the sheet slide over the skin vertices (n, 3) [m] that it was last found near to."""
+        self._tracker.slide(sheet.position, skin)
 
     @property
     def followed(self) -> np.ndarray:
@@ -113,10 +121,12 @@ class SheetOnSkin:
         That is the impedance times the change of the skin's velocity since the planes were set.
         """
         if self._lag:
-            self.given_back, self.energy_given_back = _give_back(
+            impulse = self._impulse
+            self.given_back = _not_taken(
                 self._pressed, self._direction, self._along, self._across, skin_velocity,
-                self.planes.surface_velocity, self._inertia, sheet.velocity,
+                self.planes.surface_velocity, impulse,
             )
+            self.energy_given_back = self._inertia.kick(sheet.velocity, impulse)
 
     def set_planes(
         self, sheet: SheetState, skin: np.ndarray, skin_velocity: np.ndarray, duration: float
@@ -160,9 +170,8 @@ class SheetOnSkin:
     def refuse_passing(self, time: float) -> None:
         """Raise where a point of the sheet has come to the middle of a limb, or to the bone."""
         tracker = self._tracker
-        left = tracker.gap + self._thickness[tracker.vertex] / THICKNESS_SHARE
-        passed = int(left.argmin())
-        if left[passed] <= 0:
+        passed, left = _least_left(tracker.vertex, tracker.gap, self._room)
+        if left <= 0:
             x, y = self._net.rest_position[passed]
             raise SimulationError(
                 "slip_through",
@@ -198,7 +207,7 @@ class SheetOnSkin:
         normal : (n,), tangential : (n, 3) float64
             Have the former and the opposite of the latter added.
         """
-        _spread(
+        spread_by_tiles(
             on_sheet, along_sheet, sheet, skin, self._tracker.vertex, self._tracker.normal,
             self._tile, *self._rings, self._vertex_area, normal, tangential,
         )
@@ -214,9 +223,9 @@ class SheetOnSkin:
         self.touched = _react(
             self._tracker.vertex, of_skin.force, of_skin.normal_force, planes.normal,
             planes.stiffness, planes.damping, planes.tangential_stiffness,
-            planes.tangential_damping, self._inertia, self._lag, self.touched, self.skin_force,
-            self.skin_normal, self.skin_direction, self.skin_along, self.skin_across,
-            self._pressed, self._direction, self._along, self._across,
+            planes.tangential_damping, self._inertia.local, self._lag, self.touched,
+            self.skin_force, self.skin_normal, self.skin_direction, self.skin_along,
+            self.skin_across, self._pressed, self._direction, self._along, self._across,
         )
 
 
@@ -245,6 +254,18 @@ def _set_skin_planes(
                 anchor[p, a] = position[p, a]
                 force[p, a] = 0.0
         active[p] = True
+
+
+@compiled
+def _least_left(vertex, gap, room):
+    """Return the sheet vertex with the least way left to bone or middle, and that way [m]."""
+    passed, least = -1, np.inf
+    for p in range(vertex.size):
+        if vertex[p] >= 0:
+            left = gap[p] + room[vertex[p]]
+            if left < least:
+                passed, least = p, left
+    return passed, least
 
 
 @compiled
@@ -313,61 +334,12 @@ def _react(
 
 
 @compiled
-def _spread(
-    on_sheet, along_sheet, sheet, skin, vertex, normal, radius, ring_offsets, ring_next, area,
-    total, tangential,
+def _not_taken(
+    pressed, direction, along, across, skin_velocity, skin_velocity_then, impulse
 ):
-    """Share each force among the vertices of two rings, by area and a cone of the tile's size.
-
-    Without, a sheet of another mesh than the skin's would press some vertices twice and leave
-    others out.
-    """
-    near, weight = np.empty(256, np.int64), np.empty(256)
-    for p in range(on_sheet.size):
-        i = vertex[p]
-        if on_sheet[p] == 0.0 or i < 0:
-            continue
-        near[0], count = i, 1
-        first, last = 0, 1
-        for _ in range(2):
-            for at in range(first, last):
-                for e in range(ring_offsets[near[at]], ring_offsets[near[at] + 1]):
-                    j, known = ring_next[e, 0], False
-                    for k in range(count):
-                        known = known or near[k] == j
-                    if not known and count < near.size:
-                        near[count] = j
-                        count += 1
-            first, last = last, count
-        sum_of = 0.0
-        for k in range(count):
-            out = square = 0.0
-            for a in range(3):
-                apart = skin[near[k], a] - sheet[p, a]
-                out += apart * normal[p, a]
-                square += apart * apart
-            beside = np.sqrt(max(square - out * out, 0.0))
-            weight[k] = area[near[k]] * max(1.0 - beside / radius, 0.0)
-            sum_of += weight[k]
-        if sum_of == 0.0:
-            weight[0] = sum_of = 1.0
-            count = 1
-        for k in range(count):
-            share = weight[k] / sum_of
-            total[near[k]] += on_sheet[p] * share
-            for a in range(3):
-                tangential[near[k], a] -= along_sheet[p, a] * share
-
-
-@compiled
-def _give_back(
-    pressed, direction, along, across, skin_velocity, skin_velocity_then, inertia, velocity
-):
-    """Add to the velocity (m, 3) of each sheet vertex what it is given back.
-
-    Returns the sum of the impulses [N s] and of the kinetic energies [J].
-    """
-    change, total, energy = np.empty(3), np.zeros(3), 0.0
+    """Write what each sheet vertex is given back (m, 3) [N s]; return the sum."""
+    change, total = np.empty(3), np.zeros(3)
+    impulse[:] = 0.0
     for p in range(pressed.size):
         i = pressed[p]
         if i < 0:
@@ -378,8 +350,6 @@ def _give_back(
             out += direction[p, a] * change[a]
         for a in range(3):
             normal = out * direction[p, a]
-            impulse = along[p] * normal + across[p] * (change[a] - normal)
-            energy += impulse * (velocity[p, a] + 0.5 * impulse / inertia[p])
-            velocity[p, a] += impulse / inertia[p]
-            total[a] += impulse
-    return total, energy
+            impulse[p, a] = along[p] * normal + across[p] * (change[a] - normal)
+            total[a] += impulse[p, a]
+    return total

@@ -26,7 +26,11 @@ LANDMARKS, LANDMARK_RADIUS = ("pelvis", "thoracic"), 0.1
 under each at the start [m]."""
 
 
-DASHPOTS_EVERY = 4
+WALK_EVERY = 2
+"""Exchanges after which sheet vertices look for other skin vertices and normals. In the one between
+skin turns by less than half a degree, and sheets slide by millimetres."""
+
+DASHPOTS_EVERY = 8
 """Exchanges for which the heat of springs and straps is taken from one moment: 1 or 2 J of some 400
 in the shipped slings. To look at all springs costs as much as a sub-step."""
 
@@ -63,27 +67,30 @@ class SlingInteraction(Interaction):
 
     def exchange(self, moved: DeviceState, q: np.ndarray, v: np.ndarray) -> None:
         """Advance the sheet, once an exchange step, under a bar that is at `moved`."""
-        self._steps += 1
-        if (self._steps - 1) % self._steps_per_exchange:
+        if self._steps % self._steps_per_exchange:
+            self._steps += 1
             return
         pin.forwardKinematics(self.model, self.data, q, v)
+        exchange = self._steps // self._steps_per_exchange
+        if exchange % WALK_EVERY == 0:
+            self._pose_all()
+            self._on_skin.find(self.sheet, self._skin, q[:3])
         segments = self._views
-        blend_listed(
-            self._all, *self._influences, segments.rotations, segments.positions, self._skin
-        )
-        near = self._on_skin.find(self.sheet, self._skin, q[:3])
         blend_motion_listed(
-            near, *self._influences, segments.rotations, segments.positions,
+            self._on_skin.near, *self._influences, segments.rotations, segments.positions,
             segments.velocities, self._skin, self._skin_velocity,
         )
+        if exchange % WALK_EVERY:
+            self._on_skin.slide(self.sheet, self._skin)
         self._on_skin.give_back(self.sheet, self._skin_velocity)
         self._on_skin.set_planes(self.sheet, self._skin, self._skin_velocity, self._step)
-        self._on_skin.refuse_passing((self._steps - 1) * self._step / self._steps_per_exchange)
+        self._on_skin.refuse_passing(exchange * self._step)
         reaction = self._solver.advance(self.sheet, self._step, self._on_skin.planes, moved)
         self._on_skin.press(reaction.contact)
         self._spend_by_sheet(reaction.spent, moved)
         self.strap_force = reaction.strap_force
         self._outer_force = self.strap_force.sum(axis=0) + reaction.bed_force
+        self._steps += 1
 
     def account(
         self, v: np.ndarray, change: np.ndarray, step: float, after: DeviceState
@@ -115,9 +122,15 @@ class SlingInteraction(Interaction):
         way, self._bar = points - self._bar, points
         return float((self.strap_force * way).sum()), 0.0
 
+    def _pose_all(self) -> None:
+        """Pose all of the skin where the segments are."""
+        blend_listed(
+            self._all, *self._influences, self._views.rotations, self._views.positions, self._skin
+        )
+
     def _spend_by_sheet(self, of_planes: np.ndarray, moved: DeviceState) -> None:
         """Add what the exchange has spent (Eq. E5): sheet and straps by their powers."""
-        solver, exchange = self._solver, (self._steps - 1) // self._steps_per_exchange
+        solver, exchange = self._solver, self._steps // self._steps_per_exchange
         self._spent += of_planes
         if exchange % DASHPOTS_EVERY == 0:
             self._spent[0] += DASHPOTS_EVERY * self._step * dashpot_power(
@@ -149,6 +162,7 @@ class SlingInteraction(Interaction):
         tangential: np.ndarray,
     ) -> None:
         """Add the opposite of those on sheet vertices to the skin under their tiles [N s]."""
+        self._pose_all()
         self._on_skin.spread(
             point_normal, point_tangential, self.sheet.position, self._skin, normal, tangential
         )

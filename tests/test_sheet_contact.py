@@ -9,11 +9,11 @@ import pytest
 from simcore.sheet import STILL_BAR, ExplicitSolver, LiuSolver, lay_flat
 from simcore.validation.friction import CAPSTAN_FRICTION, pull_over_cylinder, slide
 from simcore.validation.incline import INCLINE_FRICTION
-from simcore.validation.sheet_scenes import FOUNDATION, heavy_square, plane
+from simcore.validation.sheet_scenes import FOUNDATION, SUBSTEP, heavy_square, plane
 
 G = 9.80665
 def solvers(sheet):
-    return [ExplicitSolver(sheet), LiuSolver(sheet, step=2e-3, tolerance=1e-5)]
+    return [ExplicitSolver(sheet, SUBSTEP), LiuSolver(sheet, step=2e-3, tolerance=1e-5)]
 
 
 @pytest.mark.parametrize("kind", [0, 1])
@@ -53,7 +53,7 @@ def test_an_incline_holds_below_the_friction_angle_and_lets_go_above(make_solver
 def test_a_sliding_surface_drags_the_sheet_along():
     """A belt at 0.1 m/s under a sheet: µ g first, then the speed of the belt."""
     sheet = replace(heavy_square(), drag_rate=0.0)
-    solver, contact = ExplicitSolver(sheet), plane(sheet.net, friction=0.3)
+    solver, contact = ExplicitSolver(sheet, SUBSTEP), plane(sheet.net, friction=0.3)
     contact.surface_velocity[:, 0] = 0.1
     state = lay_flat(sheet.net, np.array([0, 0, -10 * G / FOUNDATION]))
     contact.anchor[:] = state.position
@@ -70,7 +70,7 @@ def test_regularised_friction_creeps_as_it_must():
     contact = plane(sheet.net, friction=-1.0)
     contact.friction_force[:] = sheet.net.mass * G
     state = lay_flat(sheet.net, np.array([0, 0, -10 * G / FOUNDATION]))
-    solver = ExplicitSolver(sheet)
+    solver = ExplicitSolver(sheet, SUBSTEP)
     for _ in range(300):
         solver.advance(state, 2e-3, contact, STILL_BAR)
     assert state.velocity[:, 0].mean() == pytest.approx(sin(angle) * 0.1, rel=0.02)
@@ -90,9 +90,9 @@ def test_what_the_surface_gets_is_what_the_sheet_gets():
     sheet = replace(heavy_square(), gravity=np.zeros(3), drag_rate=0.0)
     contact = plane(sheet.net, (0.6, 0.0, 0.8), 0.05, friction=0.3)
     state = lay_flat(sheet.net, np.zeros(3))
-    solver = ExplicitSolver(sheet, precision=float)
+    solver = ExplicitSolver(sheet, SUBSTEP, precision=float)
     state.velocity[:, 0] = -1.0
-    before = (solver.inertia[:, None] * state.velocity).sum(axis=0)
+    before = solver.inertia.momenta(state.velocity).sum(axis=0)
     reaction = solver.advance(state, 2e-3, contact, STILL_BAR)
-    change = (solver.inertia[:, None] * state.velocity).sum(axis=0) - before
+    change = solver.inertia.momenta(state.velocity).sum(axis=0) - before
     assert reaction.contact.force.sum(axis=0) * 2e-3 == pytest.approx(change, rel=1e-10)

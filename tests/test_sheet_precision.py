@@ -5,6 +5,7 @@ import pytest
 
 from simcore.config.designs import SheetPenalty
 from simcore.sheet import STILL_BAR, ExplicitSolver, PlaneContact, lay_flat
+from simcore.validation.sheet_scenes import SUBSTEP
 from tests.test_sheet_bed import press, sheet_on_bed
 
 PENALTY = SheetPenalty(
@@ -56,7 +57,7 @@ def lay_flat_again(state) -> np.ndarray:
 def test_a_vertex_without_a_plane_is_not_touched():
     """Whatever its plane was a step ago: it falls freely."""
     sheet = sheet_on_bed(half_length=0.0)
-    solver, contact = ExplicitSolver(sheet), press(sheet, 1e-3)
+    solver, contact = ExplicitSolver(sheet, SUBSTEP), press(sheet, 1e-3)
     state = lay_flat(sheet.net, np.zeros(3))
     solver.advance(state, 2e-3, contact, STILL_BAR)
     contact.active[:] = False

@@ -5,21 +5,22 @@ import numpy as np
 from simcore.compiled import compiled
 from simcore.sheet.contact import PlaneContact
 from simcore.sheet.hanging import BarState, bar_points
+from simcore.sheet.inertia import Inertia
 from simcore.sheet.solver import Sheet, SheetState
 
 
 def stored_energy(
-    sheet: Sheet, inertia: np.ndarray, state: SheetState, bar: BarState
+    sheet: Sheet, inertia: Inertia, state: SheetState, bar: BarState
 ) -> np.ndarray:
     """Return kinetic, potential and elastic energy [J] of a sheet under a bar.
 
     Parameters
     ----------
-    inertia : (n,) float64
-        Of the vertices [kg], `SheetSolver.inertia`: kinetic energy is that of what is integrated.
+    inertia : Inertia
+        `SheetSolver.inertia`: kinetic energy is that of what is integrated.
     """
     net, x = sheet.net, state.position
-    kinetic = inertia @ (state.velocity**2).sum(axis=1) / 2
+    kinetic = inertia.kinetic_energy(state.velocity)
     potential = -net.mass @ (x @ sheet.gravity)
     elastic = _springs_energy(
         x, net.spring_vertices, net.stiffness, net.rest_length, net.buckling_strain,

@@ -1,6 +1,9 @@
 """Explicit sub-steps of a sheet with contact implicit on the vertex: the default solver."""
 
+import itertools
+
 import numpy as np
+from scipy.linalg import eigh
 
 from simcore.compiled import fused
 from simcore.errors import DesignError
@@ -8,14 +11,15 @@ from simcore.sheet.contact import PlaneContact
 from simcore.sheet.grid import SheetGrid, split, unite
 from simcore.sheet.grid_planes import GridPlanes
 from simcore.sheet.hanging import BarState, bar_points
+from simcore.sheet.inertia import Inertia, whole_modes
 from simcore.sheet.solver import Reaction, Sheet, SheetState, check_finite, planes_of_bed
-from simcore.sheet.spring_pass import accelerate, move, pull_springs
+from simcore.sheet.spring_pass import accelerate, carry, move, pull_springs
 from simcore.sheet.vertex_contact import solve_planes
 
 STABILITY_MARGIN = 1.1
 """Vertex inertia over the least that a stable sub-step needs (Eq. S8)."""
 
-SUBSTEP_MAX = 2.5e-4
+SUBSTEP_MAX = 1e-3 / 3
 """Longest sub-step taken unasked [s]."""
 
 # ASSUME: seams and friction between threads damp the stretch of a fabric; this much quiets the
@@ -23,8 +27,18 @@ SUBSTEP_MAX = 2.5e-4
 SPRING_DAMPING_TIME = 2.0e-5
 """Damping over stiffness of every spring, β [s]."""
 
-ADDED_INERTIA_MAX = 15.0
+ADDED_INERTIA_MAX = 40.0
 """Most inertia, over the sheet's mass, that a sub-step may need to be stable [kg]."""
+
+# ASSUME: dashpots of the flesh under 70 kg, some 2,600 N s/m, act on the sheet as a whole at the
+# end of a sub-step, and are stable against more than half of what they take in one: 0.9 kg in
+# 0.33 ms.
+WHOLE_INERTIA = 1.5
+"""Added inertia that is left on the motion of the sheet as a whole (Eq. S14) [kg]."""
+
+WHOLE_MARGIN = 3.0
+"""Inertia of that motion over the h² K that is stable by itself, times 4: single springs have
+a tenth to spare only (Eq. S8), and what they share with it is bounded by Young's inequality."""
 
 
 class ExplicitSolver:
@@ -48,8 +62,7 @@ class ExplicitSolver:
 
     Attributes
     ----------
-    inertia : (n,) float64
-        Of the vertices [kg].
+    inertia : Inertia
     substep, damping_time : float
         [s]
 
@@ -79,49 +92,59 @@ class ExplicitSolver:
                 f"{longest:.3g}"
             )
         self.substep, self.damping_time = substep, damping_time
-        mass = sheet.net.mass
-        self.inertia = np.maximum(mass, self._needed_inertia(substep))
+        mass, needed = sheet.net.mass, self._needed_inertia(substep)
+        added = np.where(sheet.pinned, 0.0, np.maximum(needed - mass, 0.0))
+        modes = whole_modes(sheet.net.rest_position)
+        carried = _carried_share(sheet, added, modes, substep)
+        self.inertia = Inertia(mass, added, modes, carried)
 
-        self._grid = grid = SheetGrid(sheet, self.inertia, precision)
+        self._grid = grid = SheetGrid(sheet, self.inertia.local, precision)
         self._skin, self._bed = GridPlanes(grid), GridPlanes(grid)
         self._coarse, self._fine, self._velocity, self._before = (grid.zeros(3) for _ in range(4))
-        self._pull = grid.zeros(6, 3)
+        self._scratch = grid.zeros(len(grid.offsets), 3), grid.zeros()  # pulls, and nothing
         kept = sheet.net.compression_share
-        self._share = np.array([kept, kept, kept, kept, 1, 1], precision)
-        self._patch_place = grid.place[sheet.straps.patch_vertex]
+        self._springs = (
+            grid.offsets, grid.stiffness, grid.rest_length, precision(sheet.net.buckling_strain),
+            np.array([kept, kept, kept, kept, 1, 1], precision), precision(damping_time),
+        )
+        self._weight = (
+            grid.mass, grid.mobility, sheet.gravity.astype(precision), precision(sheet.drag_rate)
+        )
+        straps = sheet.straps
+        self._straps = (
+            straps.length, straps.stiffness, straps.damping, straps.patch_start,
+            grid.place[straps.patch_vertex], straps.patch_weight,
+        )
+        gathered, spread = grid.zeros(modes.shape[1]), grid.zeros(modes.shape[1])
+        gathered[:, grid.place], spread[:, grid.place] = (
+            self.inertia.gathered.T, self.inertia.spread.T
+        )
+        self._whole = gathered, spread, self.inertia.coupling.astype(precision)
+        self._span = np.uint64(grid.first), np.uint64(grid.last)
 
     def advance(
         self, state: SheetState, dt: float, contact: PlaneContact, bar: BarState
     ) -> Reaction:
         """Implement `simcore.sheet.solver.SheetSolver.advance` by dt / h sub-steps, rounded up."""
-        straps, net, grid = self.sheet.straps, self.sheet.net, self._grid
-        precise = grid.precision
+        skin, bed, grid, coarse = self._skin, self._bed, self._grid, self._coarse
         count = max(1, int(np.ceil(dt / self.substep * (1 - 1e-9))))
-        h = dt / count
-        points, velocities = bar_points(straps, bar)
         on_bed = planes_of_bed(self.sheet, state)
-        split(state.position, state.velocity, grid.place, self._coarse, self._fine, self._before)
-        skin, bed = self._skin, self._bed
-        skin.lay(contact, self._coarse, h)
-        bed.lay(on_bed, self._coarse, h)
-        strap_impulse = np.zeros((len(straps.length), 3))
+        split(state.position, state.velocity, grid.place, coarse, self._fine, self._before)
+        skin.lay(contact, coarse, dt / count)
+        bed.lay(on_bed, coarse, dt / count)
+        hanging = bar_points(self.sheet.straps, bar)
+        strap_impulse = np.zeros_like(hanging[0])
         _substeps(
-            self._coarse, self._fine, self._velocity, self._before, self._pull,
-            precise(h), count, grid.offsets, grid.stiffness, grid.rest_length,
-            precise(net.buckling_strain), self._share, precise(self.damping_time),
-            grid.mass, grid.mobility, self.sheet.gravity.astype(precise),
-            precise(self.sheet.drag_rate), points, velocities, straps.length, straps.stiffness,
-            straps.damping, straps.patch_start, self._patch_place, straps.patch_weight,
-            strap_impulse, bed.arrays, bed.friction, bed.met, skin.arrays, skin.friction, skin.met,
-            np.uint64(grid.first), np.uint64(grid.last),
+            coarse, self._fine, self._velocity, self._before, grid.precision(dt / count), count,
+            self._springs, self._weight, self._straps, hanging, strap_impulse, bed.arrays,
+            bed.friction, bed.met, skin.arrays, skin.friction, skin.met, self._whole,
+            self._scratch, self._span,
         )
-        unite(state.position, state.velocity, grid.place, self._coarse, self._fine, self._before)
+        unite(state.position, state.velocity, grid.place, coarse, self._fine, self._before)
         check_finite(state)
-        of_bed, by_bed = bed.read(on_bed, self._coarse, state.position, dt)
-        of_skin, by_skin = skin.read(contact, self._coarse, state.position, dt)
-        return Reaction(
-            of_skin, of_bed.force.sum(axis=0), strap_impulse / dt, count, by_bed + by_skin
-        )
+        _, of_bed, by_bed = bed.read(on_bed, coarse, state.position, dt)
+        of_skin, _, by_skin = skin.read(contact, coarse, state.position, dt)
+        return Reaction(of_skin, of_bed, strap_impulse / dt, count, by_bed + by_skin)
 
     def _needed_inertia(self, substep: float) -> np.ndarray:
         """Return the inertia (n,) that keeps a sub-step stable [kg]: Eq. S8."""
@@ -138,6 +161,24 @@ class ExplicitSolver:
             added = np.maximum(self._needed_inertia(middle) - mass, 0).sum()
             low, high = (middle, high) if added <= added_inertia_max else (low, middle)
         return low
+
+
+def _carried_share(
+    sheet: Sheet, added: np.ndarray, modes: np.ndarray, substep: float
+) -> float:
+    """Return κ of Eq. S14: what leaves `WHOLE_INERTIA`, or what springs need if that is more."""
+    if not added.any():
+        return 0.0
+    net, straps = sheet.net, sheet.straps
+    moving = np.where(sheet.pinned, 0.0, 1.0)[:, None] * modes
+    stretch = moving[net.spring_vertices[:, 1]] - moving[net.spring_vertices[:, 0]]
+    stiffness = stretch.T @ (net.stiffness[:, None] * stretch)
+    for s, (first, last) in enumerate(itertools.pairwise(straps.patch_start)):
+        pulled = straps.patch_weight[first:last] @ moving[straps.patch_vertex[first:last]]
+        stiffness += straps.stiffness[s] * np.outer(pulled, pulled)
+    inner = modes.T @ (added[:, None] * modes)
+    needed = WHOLE_MARGIN * substep**2 * eigh(stiffness, inner, eigvals_only=True)[-1]
+    return max(1.0 - max(WHOLE_INERTIA / added.sum(), needed), 0.0)
 
 
 def _vertex_sums(sheet: Sheet, damping_time: float) -> tuple[np.ndarray, np.ndarray]:
@@ -158,19 +199,20 @@ def _vertex_sums(sheet: Sheet, damping_time: float) -> tuple[np.ndarray, np.ndar
 
 @fused
 def _substeps(
-    coarse, fine, velocity, before, pull, h, count, offsets, stiffness, rest_length,
-    buckling_strain, share, damping_time, mass, mobility, gravity, drag_rate, bar_point,
-    bar_velocity, strap_length, strap_stiffness, strap_damping, patch_start, patch_place,
-    patch_weight, strap_impulse, bed, bed_friction, on_bed, skin, skin_friction, on_skin, first,
-    last,
+    coarse, fine, velocity, before, h, count, springs, weight, straps, hanging, strap_impulse,
+    bed, bed_friction, on_bed, skin, skin_friction, on_skin, whole, scratch, span,
 ):
     """Take `count` sub-steps of length h [s]; arrays are those of the grid.
 
     A vertex between bed and body meets the bed first, at the velocity that the body's force of the
     sub-step before would give, and then the body at the velocity that the bed has left.
     """
+    offsets, stiffness, rest_length, buckling_strain, share, damping_time = springs
+    mass, mobility, gravity, drag_rate = weight
+    gathered, spread, coupling = whole
+    pull, nothing = scratch
+    first, last = span
     time = h - h
-    nothing = np.zeros_like(bed[2])
     for _ in range(count):
         pull_springs(
             coarse, fine, before, offsets, stiffness, rest_length, buckling_strain, share,
@@ -179,31 +221,33 @@ def _substeps(
         accelerate(
             before, pull, offsets, mass, mobility, gravity, drag_rate, h, velocity, first, last
         )
-        for s in range(strap_length.size):
+        for s in range(strap_impulse.shape[0]):
             _pull_strap(
-                s, coarse, fine, before, velocity, mobility, time, h, bar_point, bar_velocity,
-                strap_length, strap_stiffness, strap_damping, patch_start, patch_place,
-                patch_weight, strap_impulse,
+                s, coarse, fine, before, velocity, mobility, time, h, hanging, straps,
+                strap_impulse,
             )
         if on_bed:
             solve_planes(
-                *bed, skin[2], fine, velocity, before, mobility, *bed_friction, time, h, first, last
+                *bed, skin[2][0], skin[2][1], skin[2][2], fine, velocity, before, mobility,
+                *bed_friction, time, h, first, last,
             )
         if on_skin:
             solve_planes(
-                *skin, nothing, fine, velocity, before, mobility, *skin_friction, time, h, first,
-                last,
+                *skin, nothing, nothing, nothing, fine, velocity, before, mobility,
+                *skin_friction, time, h, first, last,
             )
-        move(fine, velocity, before, h, first, last)
+        carried = carry(velocity, before, gathered, coupling, first, last)
+        move(fine, velocity, before, spread, carried, h, first, last)
         time += h
 
 
 @fused
 def _pull_strap(
-    s, coarse, fine, before, velocity, mobility, time, h, bar_point, bar_velocity, length,
-    stiffness, damping, patch_start, patch_place, patch_weight, impulse,
+    s, coarse, fine, before, velocity, mobility, time, h, hanging, straps, impulse
 ):
     """Let the tension of one strap accelerate its patch in a sub-step: Eq. S4."""
+    bar_point, bar_velocity = hanging
+    length, stiffness, damping, patch_start, patch_place, patch_weight = straps
     dx, dy, dz = bar_point[s, 0], bar_point[s, 1], bar_point[s, 2]
     ux, uy, uz = bar_velocity[s, 0], bar_velocity[s, 1], bar_velocity[s, 2]
     dx, dy, dz = dx + time * ux, dy + time * uy, dz + time * uz

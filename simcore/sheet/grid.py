@@ -21,8 +21,10 @@ class SheetGrid:
         Loops run from the first of these points to before the last; the rest is padding.
     offsets : (6,) uint64
         Steps of the springs' directions.
-    stiffness, rest_length : (6, N)
-        Of the spring that starts at a point, 0 where there is none [N/m], [m].
+    stiffness : (6, N)
+        Of the spring that starts at a point, 0 where there is none [N/m].
+    rest_length : (6,)
+        Of the springs by direction [m].
     mass, mobility : (N,)
         True mass [kg] and 1 / inertia [1/kg]; 0 where there is no vertex, or none that moves.
     precision : type
@@ -39,14 +41,14 @@ class SheetGrid:
         self.place = net.grid_place.astype(np.int64) + self.first
         self.offsets = np.array([r * columns + c for r, c in SPRING_OFFSETS], np.uint64)
 
-        count = len(self.offsets)
-        self.stiffness, self.rest_length = self.zeros(count), self.zeros(count)
+        self.stiffness = self.zeros(len(self.offsets))
         ends = self.place[net.spring_vertices]
         step = ends[:, 1] - ends[:, 0]
         for direction, offset in enumerate(self.offsets):
             mine = (step == offset) & (net.spring_kind == direction // 2)
             self.stiffness[direction, ends[mine, 0]] = net.stiffness[mine]
-            self.rest_length[direction, ends[mine, 0]] = net.rest_length[mine]
+        steps = np.array(SPRING_OFFSETS) * net.spacing
+        self.rest_length = np.linalg.norm(steps, axis=1).astype(precision)
         self.mass, self.mobility = self.zeros(2)
         self.mass[self.place] = net.mass
         self.mobility[self.place] = np.where(sheet.pinned, 0.0, 1 / inertia)

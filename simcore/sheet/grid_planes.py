@@ -14,7 +14,6 @@ from simcore.sheet.vertex_contact import (
     K_T,
     LAW_SIZE,
     NORMAL,
-    NORMAL_IMPULSE,
     OPEN,
     SHARE,
     SHARE_T,
@@ -22,7 +21,6 @@ from simcore.sheet.vertex_contact import (
     STIFFNESS,
     SUMS,
     SURFACE,
-    SURFACE_NORMAL,
     TIE_SIZE,
 )
 
@@ -64,8 +62,8 @@ class GridPlanes:
 
     def read(
         self, contact: PlaneContact, coarse: np.ndarray, position: np.ndarray, duration: float
-    ) -> tuple[ContactForce, np.ndarray]:
-        """Return mean force and energy spent over a step; write back anchors and last forces.
+    ) -> tuple[ContactForce, np.ndarray, np.ndarray]:
+        """Return mean force, its sum, and energy spent over a step; write back the contact.
 
         Parameters
         ----------
@@ -77,19 +75,21 @@ class GridPlanes:
         Returns
         -------
         force : ContactForce
+        total : (3,) float64
+            [N]
         spent : (3,) float64
             Heat of dashpots, work of sliding friction and numerical loss [J].
         """
         of_sheet = ContactForce(np.zeros(position.shape), np.zeros(len(position)))
         if not self.met:
-            return of_sheet, np.zeros(3)
+            return of_sheet, np.zeros(3), np.zeros(3)
         _, tie, force, sums = self.arrays
-        _read(
-            contact.active, contact.surface_velocity, self._grid.place, coarse, position, duration,
-            tie, force, sums, of_sheet.force, of_sheet.normal_force, contact.anchor,
-            contact.force,
+        total, spent = _read(
+            contact.active, contact.normal, contact.surface_velocity, self._grid.place, coarse,
+            position, duration, tie, force, sums, of_sheet.force, of_sheet.normal_force,
+            contact.anchor, contact.force,
         )
-        return of_sheet, sums[HEAT:].sum(axis=1, dtype=float)
+        return of_sheet, total, spent
 
 
 @compiled
@@ -106,15 +106,13 @@ def _lay(
             law[STIFFNESS, p] = law[DAMPING, p] = law[SHARE, p] = law[K_T, p] = 0.0
             continue
         depth = offset[i]
-        surface = 0.0
         for axis in range(3):
             law[NORMAL + axis, p] = normal[i, axis]
             law[SURFACE + axis, p] = surface_velocity[i, axis]
             tie[axis, p] = anchor[i, axis] - coarse[axis, p]
             force[axis, p] = last_force[i, axis]
             depth -= normal[i, axis] * coarse[axis, p]
-            surface += normal[i, axis] * surface_velocity[i, axis]
-        law[DEPTH, p], law[SURFACE_NORMAL, p] = depth, surface
+        law[DEPTH, p] = depth
         rate = h * mobility[p]
         k, k_t = stiffness[i], tangential_stiffness[i]
         law[STIFFNESS, p], law[DAMPING, p] = k, damping[i]
@@ -127,18 +125,25 @@ def _lay(
 
 @compiled
 def _read(
-    active, surface_velocity, place, coarse, position, duration, tie, force, sums, mean, normal,
-    anchor, last_force,
+    active, normal, surface_velocity, place, coarse, position, duration, tie, force, sums, mean,
+    normal_force, anchor, last_force,
 ):
-    """Write the means of a step and the state of the planes at its end."""
+    """Write the means of a step and the state of the planes at its end.
+
+    Returns the sums of the means and of what was spent.
+    """
+    total, spent = np.zeros(3), np.zeros(3)
     for i in range(active.size):
         if not active[i]:
             continue
         p = place[i]
-        normal[i] = sums[NORMAL_IMPULSE, p] / duration
         for axis in range(3):
+            spent[axis] += sums[HEAT + axis, p]
             mean[i, axis] = sums[axis, p] / duration
+            total[axis] += mean[i, axis]
+            normal_force[i] += normal[i, axis] * mean[i, axis]
             last_force[i, axis] = force[axis, p]
             tied = np.float64(coarse[axis, p]) + tie[axis, p]
             tied += duration * surface_velocity[i, axis]
             anchor[i, axis] = position[i, axis] if tie[OPEN, p] > 0.0 else tied
+    return total, spent

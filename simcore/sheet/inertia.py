@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from simcore.compiled import compiled
+
 
 class Inertia:
     """The mass matrix of a sheet, the same along each axis (Eq. S14).
@@ -63,11 +65,30 @@ class Inertia:
     def kick(self, velocity: np.ndarray, impulse: np.ndarray) -> float:
         """Add M⁻¹ J to velocities (n, 3) for impulses J (n, 3) [N s]; return the energy given [J].
         """
-        shift = impulse / self.local[:, None]
-        shift += self.spread @ (self.coupling @ (self.gathered.T @ shift))
-        energy = (impulse * (velocity + shift / 2)).sum()
-        velocity += shift
-        return float(energy)
+        return _kick(self.local, self.gathered, self.spread, self.coupling, velocity, impulse)
+
+
+@compiled
+def _kick(local, gathered, spread, coupling, velocity, impulse):
+    """Implement `Inertia.kick`."""
+    modes = coupling.shape[0]
+    taken = np.zeros((modes, 3))
+    for i in range(local.size):
+        if impulse[i, 0] == 0.0 and impulse[i, 1] == 0.0 and impulse[i, 2] == 0.0:
+            continue
+        for k in range(modes):
+            for axis in range(3):
+                taken[k, axis] += spread[i, k] * impulse[i, axis]
+    given = coupling @ taken
+    energy = 0.0
+    for i in range(local.size):
+        for axis in range(3):
+            shift = impulse[i, axis] / local[i]
+            for k in range(modes):
+                shift += spread[i, k] * given[k, axis]
+            energy += impulse[i, axis] * (velocity[i, axis] + 0.5 * shift)
+            velocity[i, axis] += shift
+    return energy
 
 
 def whole_modes(rest_position: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ from simcore.errors import DesignError, SimulationError
 from simcore.sheet.contact import PlaneContact
 from simcore.sheet.hanging import BarState, bar_points
 from simcore.sheet.implicit_forces import add_contact, add_springs, add_straps
+from simcore.sheet.inertia import Inertia
 from simcore.sheet.rows import (
     ANCHOR,
     C_T,
@@ -88,7 +89,7 @@ class LiuSolver:
                 raise DesignError(f"method.sheet.{key}: is {value:g}; accepted: above 0")
         self.sheet, self.step, self.tolerance, self.window = sheet, step, tolerance, window
         net = sheet.net
-        self.inertia, self.damping_time = net.mass, 0.0
+        self.inertia, self.damping_time = Inertia.plain(net.mass), 0.0
         self._share = np.where(net.spring_kind < 2, net.compression_share, 1.0)
         self._factored: tuple[float, np.ndarray, SuperLU] | None = None
 

@@ -9,6 +9,7 @@ from simcore.errors import SimulationError
 from simcore.sheet.bed import BedContact
 from simcore.sheet.contact import ContactForce, PlaneContact
 from simcore.sheet.hanging import BarState, Straps
+from simcore.sheet.inertia import Inertia
 from simcore.sheet.net import Net
 
 GRAVITY = 9.80665
@@ -90,14 +91,14 @@ class SheetSolver(Protocol):
     Attributes
     ----------
     sheet : Sheet
-    inertia : (n,) float64
-        Of the vertices [kg], no less than their mass.
+    inertia : Inertia
+        No less than the mass of the vertices.
     damping_time : float
         Damping over stiffness of every spring, β of Eq. S3 [s].
     """
 
     sheet: Sheet
-    inertia: np.ndarray
+    inertia: Inertia
     damping_time: float
 
     def advance(

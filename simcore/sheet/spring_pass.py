@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simcore.compiled import fused
+from simcore.compiled import fused, reassociated
 
 TINY = 1e-24
 """Added to squared lengths [m²]: no division by zero between absent grid points."""
@@ -31,8 +31,10 @@ def pull_springs(
         On the grid [m, m/s].
     offsets : (6,) uint64
         Step of each direction in the flattened grid.
-    stiffness, rest_length : (6, N)
-        Of the spring that starts at a grid point, 0 where there is none [N/m], [m].
+    stiffness : (6, N)
+        Of the spring that starts at a grid point, 0 where there is none [N/m].
+    rest_length : (6,)
+        By direction [m].
     buckling_strain : float
         Compression over rest length at which a spring buckles.
     share : (6,)
@@ -58,7 +60,7 @@ def _pull(
     hx, hy, hz, lx, ly, lz, vx, vy, vz, step, k, rest, buckling_strain, yielding, damping_time,
     fx, fy, fz, first, last, zero, one, tiny,
 ):
-    """Write the pull of the springs of one direction."""
+    """Write what the springs of one direction do to the vertices that they start from."""
     for p in range(first, last):
         q = p + step
         dx = (hx[q] - hx[p]) + (lx[q] - lx[p])
@@ -66,7 +68,7 @@ def _pull(
         dz = (hz[q] - hz[p]) + (lz[q] - lz[p])
         rate = dx * (vx[q] - vx[p]) + dy * (vy[q] - vy[p]) + dz * (vz[q] - vz[p])
         inverse = one / np.sqrt(dx * dx + dy * dy + dz * dz + tiny)
-        ratio = rest[p] * inverse
+        ratio = rest * inverse
         stretch = one - ratio
         stretch -= yielding * min(stretch + buckling_strain * ratio, zero)
         s = k[p] * (stretch + damping_time * rate * inverse * inverse)
@@ -93,11 +95,39 @@ def accelerate(
             now[p] = was[p] + h * mobility[p] * force
 
 
+@reassociated
+def carry(velocity, before, gathered, coupling, first, last):
+    """Return A Pᵀ Δ (v − v_before) (4, 3): what Eq. S14 adds to the velocities of a sub-step."""
+    vx, vy, vz, bx, by, bz = (
+        velocity[0], velocity[1], velocity[2], before[0], before[1], before[2])
+    ga, gb, gc, gd = gathered[0], gathered[1], gathered[2], gathered[3]
+    total = np.zeros((4, 3), velocity.dtype)
+    ax = ay = az = bbx = bby = bbz = cx = cy = cz = dx = dy = dz = total[0, 0]
+    for p in range(first, last):
+        x, y, z = vx[p] - bx[p], vy[p] - by[p], vz[p] - bz[p]
+        ax, ay, az = ax + ga[p] * x, ay + ga[p] * y, az + ga[p] * z
+        bbx, bby, bbz = bbx + gb[p] * x, bby + gb[p] * y, bbz + gb[p] * z
+        cx, cy, cz = cx + gc[p] * x, cy + gc[p] * y, cz + gc[p] * z
+        dx, dy, dz = dx + gd[p] * x, dy + gd[p] * y, dz + gd[p] * z
+    sums = ((ax, ay, az), (bbx, bby, bbz), (cx, cy, cz), (dx, dy, dz))
+    for i in range(4):
+        for j in range(4):
+            for axis in range(3):
+                total[i, axis] += coupling[i, j] * sums[j][axis]
+    return total
+
+
 @fused
-def move(fine, velocity, before, h, first, last):
-    """Move the fine positions (3, N) by a sub-step h [s]; the velocities become those before."""
+def move(fine, velocity, before, spread, carried, h, first, last):
+    """Complete the velocities (3, N) by `spread` of what is carried; move the fine positions.
+
+    By a sub-step h [s]; the velocities become those before.
+    """
+    sa, sb, sc, sd = spread[0], spread[1], spread[2], spread[3]
     for axis in range(3):
         x, now, was = fine[axis], velocity[axis], before[axis]
+        a, b, c, d = carried[0, axis], carried[1, axis], carried[2, axis], carried[3, axis]
         for p in range(first, last):
-            x[p] += h * now[p]
-            was[p] = now[p]
+            v = now[p] + ((a * sa[p] + b * sb[p]) + (c * sc[p] + d * sd[p]))
+            x[p] += h * v
+            was[p] = v

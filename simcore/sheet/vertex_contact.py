@@ -10,16 +10,16 @@ import numpy as np
 from simcore.compiled import fused, inlined
 
 # Rows of the law of a contact; vectors take three.
-NORMAL, SURFACE, SURFACE_NORMAL, DEPTH = 0, 3, 6, 7
-STIFFNESS, DAMPING, SHARE, K_T, C_T, SHARE_T, SOFTNESS, F_C = 8, 9, 10, 11, 12, 13, 14, 15
-LAW_SIZE = 16
+NORMAL, SURFACE, DEPTH = 0, 3, 6
+STIFFNESS, DAMPING, SHARE, K_T, C_T, SHARE_T, SOFTNESS, F_C = 7, 8, 9, 10, 11, 12, 13, 14
+LAW_SIZE = 15
 OPEN, TIE_SIZE = 3, 4  # after the anchor
-NORMAL_IMPULSE, HEAT, RUBBED, LOST, SUMS = 3, 4, 5, 6, 7  # after the impulse
+HEAT, SUMS = 3, 6  # after the impulse: heat, work of friction, loss
 
 
 @fused
 def solve_planes(
-    law, tie, force, sums, expected, position, velocity, before, mobility, coefficient, epsilon,
+    law, tie, force, sums, gx, gy, gz, position, velocity, before, mobility, coefficient, epsilon,
     time, h, first, last,
 ):
     """Move the vertices that have a plane of one contact through a sub-step.
@@ -44,9 +44,9 @@ def solve_planes(
     force : (3, N)
         N n + F; overwritten [N].
     sums : (SUMS, N)
-        Has h (N n + F), h N, heat of dashpots, work of sliding friction and what the sub-step
+        Has h (N n + F), heat of dashpots, work of sliding friction and what the sub-step
         itself took out (Eq. E5) added [N s, J].
-    expected : (3, N)
+    gx, gy, gz : (N,)
         Force that another contact is going to add to the velocities given [N].
     position, velocity : (3, N)
         Positions before the sub-step, and the velocities that all other forces give; velocities
@@ -64,12 +64,12 @@ def solve_planes(
     """
     if coefficient < 0.0:
         _viscous(
-            law, force, sums, expected, position, velocity, before, mobility, epsilon, time, h,
+            law, force, sums, gx, gy, gz, position, velocity, before, mobility, epsilon, time, h,
             first, last,
         )
     else:
         _sticking(
-            law, tie, force, sums, expected, position, velocity, before, mobility, coefficient,
+            law, tie, force, sums, gx, gy, gz, position, velocity, before, mobility, coefficient,
             time, h, first, last,
         )
 
@@ -92,17 +92,16 @@ def _leaving(depth, approach, k, h, zero):
 
 @fused
 def _sticking(
-    law, tie, force, sums, expected, position, velocity, before, mobility, coefficient, time, h,
+    law, tie, force, sums, gx, gy, gz, position, velocity, before, mobility, coefficient, time, h,
     first, last,
 ):
     """As `solve_planes`, with friction that sticks."""
     nx, ny, nz, sx, sy, sz = law[0], law[1], law[2], law[3], law[4], law[5]
-    surface, deep, k, c, share = law[6], law[7], law[8], law[9], law[10]
-    kt, ct, share_t, softness = law[11], law[12], law[13], law[14]
+    deep, k, c, share = law[6], law[7], law[8], law[9]
+    kt, ct, share_t, softness = law[10], law[11], law[12], law[13]
     ax, ay, az, opened = tie[0], tie[1], tie[2], tie[3]
-    ix, iy, iz, pressed, heat, rubbed, lost = (
-        sums[0], sums[1], sums[2], sums[3], sums[4], sums[5], sums[6])
-    fx, fy, fz, gx, gy, gz = force[0], force[1], force[2], expected[0], expected[1], expected[2]
+    ix, iy, iz, heat, rubbed, lost = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
+    fx, fy, fz = force[0], force[1], force[2]
     px, py, pz, vx, vy, vz = (
         position[0], position[1], position[2], velocity[0], velocity[1], velocity[2])
     bx, by, bz = before[0], before[1], before[2]
@@ -111,8 +110,9 @@ def _sticking(
         rate = h * mobility[p]
         x, y, z = px[p], py[p], pz[p]
         ux, uy, uz = vx[p] + rate * gx[p], vy[p] + rate * gy[p], vz[p] + rate * gz[p]
-        approach = surface[p] - (nx[p] * ux + ny[p] * uy + nz[p] * uz)
-        depth = deep[p] + time * surface[p] - (nx[p] * x + ny[p] * y + nz[p] * z)
+        surface = nx[p] * sx[p] + ny[p] * sy[p] + nz[p] * sz[p]
+        approach = surface - (nx[p] * ux + ny[p] * uy + nz[p] * uz)
+        depth = deep[p] + time * surface - (nx[p] * x + ny[p] * y + nz[p] * z)
         normal, w, closed = _press(depth, approach, k[p], c[p], share[p], rate, h)
 
         # Elongation of the tie, tangential: none if the plane was open.
@@ -171,7 +171,6 @@ def _sticking(
         ix[p] += h * qx
         iy[p] += h * qy
         iz[p] += h * qz
-        pressed[p] += h * normal
         anchor_x, anchor_y, anchor_z = anchor_x + slip_x, anchor_y + slip_y, anchor_z + slip_z
         ax[p] = anchor_x if closed else tied_x
         ay[p] = anchor_y if closed else tied_y
@@ -181,15 +180,14 @@ def _sticking(
 
 @fused
 def _viscous(
-    law, force, sums, expected, position, velocity, before, mobility, epsilon, time, h, first,
+    law, force, sums, gx, gy, gz, position, velocity, before, mobility, epsilon, time, h, first,
     last,
 ):
     """As `solve_planes`, with the paper's friction (Eq. S7); it has no ties."""
     nx, ny, nz, sx, sy, sz = law[0], law[1], law[2], law[3], law[4], law[5]
-    surface, deep, k, c, share, f_c = law[6], law[7], law[8], law[9], law[10], law[15]
-    ix, iy, iz, pressed, heat, rubbed, lost = (
-        sums[0], sums[1], sums[2], sums[3], sums[4], sums[5], sums[6])
-    fx, fy, fz, gx, gy, gz = force[0], force[1], force[2], expected[0], expected[1], expected[2]
+    deep, k, c, share, f_c = law[6], law[7], law[8], law[9], law[14]
+    ix, iy, iz, heat, rubbed, lost = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
+    fx, fy, fz = force[0], force[1], force[2]
     px, py, pz, vx, vy, vz = (
         position[0], position[1], position[2], velocity[0], velocity[1], velocity[2])
     bx, by, bz = before[0], before[1], before[2]
@@ -197,8 +195,9 @@ def _viscous(
     for p in range(first, last):
         rate = h * mobility[p]
         ux, uy, uz = vx[p] + rate * gx[p], vy[p] + rate * gy[p], vz[p] + rate * gz[p]
-        approach = surface[p] - (nx[p] * ux + ny[p] * uy + nz[p] * uz)
-        depth = deep[p] + time * surface[p] - (nx[p] * px[p] + ny[p] * py[p] + nz[p] * pz[p])
+        surface = nx[p] * sx[p] + ny[p] * sy[p] + nz[p] * sz[p]
+        approach = surface - (nx[p] * ux + ny[p] * uy + nz[p] * uz)
+        depth = deep[p] + time * surface - (nx[p] * px[p] + ny[p] * py[p] + nz[p] * pz[p])
         normal, w, closed = _press(depth, approach, k[p], c[p], share[p], rate, h)
         tx, ty, tz = (
             ux - sx[p] + approach * nx[p], uy - sy[p] + approach * ny[p],
@@ -228,4 +227,3 @@ def _viscous(
         ix[p] += h * qx
         iy[p] += h * qy
         iz[p] += h * qz
-        pressed[p] += h * normal

@@ -30,6 +30,7 @@ from simcore.validation.incline import (
 from simcore.validation.sheet_scenes import (
     FOUNDATION,
     HEAVY,
+    SUBSTEP,
     fabric,
     heavy_square,
     plane,
@@ -186,7 +187,7 @@ def pull_over_cylinder() -> Capstan:
     straps, rest = sheet.straps, sheet.net.rest_position
     contact = plane(sheet.net, friction=CAPSTAN_FRICTION)
     contact.anchor[:] = state.position
-    accounts = Accounts(ExplicitSolver(sheet), state, contact, STILL_BAR)
+    accounts = Accounts(ExplicitSolver(sheet, SUBSTEP), state, contact, STILL_BAR)
     # The head strap hangs from the still bar; the foot strap's part of the bar is pulled down.
     pulled = np.array([name == "foot" for name in straps.names])
     step, count, told = 1e-3, 1500, 500

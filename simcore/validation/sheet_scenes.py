@@ -14,7 +14,10 @@ FOUNDATION = 1.0e6
 """Stiffness per area of what a sheet is laid on [N/m³]."""
 
 HEAVY = 10.0
-"""Of a fabric of the usual stiffness that needs no added inertia [kg/m²]."""
+"""Of a fabric of the usual stiffness that needs no added inertia [kg/m²] ..."""
+
+SUBSTEP = 2.5e-4
+"""... in explicit sub-steps of this length [s]."""
 
 
 def fabric(stiffness_per_width: float = 2e4, density: float = 0.3) -> Fabric:
