@@ -12,6 +12,7 @@ from simcore.body.skin_listed import (
     blend_motion_listed,
     edge_change_rate,
     segment_balls,
+    skin_parts,
 )
 from simcore.contact.foundation import LOOKED_AHEAD, foundation_forces, release
 from simcore.contact.foundation_energy import foundation_energy, foundation_power
@@ -27,6 +28,10 @@ from simcore.scene import Scene
 FREE_MOTION = 4.0
 """Skin that touches nothing may move so much farther within a step than skin that does: for the
 sake of joints at the ends of their ranges, and of limbs that meet."""
+
+
+PART_LENGTH = 0.12
+"""Length of the parts of the skin whose motions are told apart [m]; tuned for time."""
 
 
 class SkinContact(Protocol):
@@ -145,11 +150,12 @@ class PointContact(_OnSkin):
         skin, law = scene.body.skin, scene.method.contact
         self._rings = skin.ring_offsets, skin.ring_next
         self._device_vertices = scene.surface.contact_points
-        centre, radius = segment_balls(skin, len(SEGMENTS))
+        parts = skin_parts(skin, len(SEGMENTS), PART_LENGTH)
         rest = posed_skin(scene.body, scene.body.rest_configuration)
         self._neighbours = Neighbours(
-            self._device_vertices, skin.influence_offsets, skin.influence_segment, *self._rings,
-            edge_change_rate(skin, rest, radius), centre, radius, law.search_radius_m,
+            self._device_vertices, skin.influence_offsets, parts.offsets, parts.of_influence,
+            parts.centre, parts.radius, *self._rings,
+            edge_change_rate(skin, rest, parts.of_influence, parts.radius), law.search_radius_m,
         )
         self._law = (
             law.stiffness_n_per_m, law.damping_ns_per_m, law.friction_force_n,

@@ -21,10 +21,11 @@ from simcore.body.skin_listed import (
     blend_motion_listed,
     edge_change_rate,
     segment_balls,
+    skin_parts,
     torque_of_wrenches,
     wrench_listed,
 )
-from simcore.contact.neighbours import normal_change
+from simcore.contact.neighbour_rows import normal_and_bend
 from simcore.scene import posed_skin
 
 seeds = st.integers(0, 2**32 - 2)
@@ -123,6 +124,20 @@ def test_balls_hold_the_skin_of_their_segment(coarse_body):
     assert np.all(np.linalg.norm(arm, axis=1) <= radius[skin.influence_segment] + 1e-15)
 
 
+def test_parts_are_short_and_hold_the_skin_of_their_segment(coarse_body):
+    skin = coarse_body.skin
+    parts = skin_parts(skin, 18, 0.12)
+    segment = np.repeat(np.arange(18), np.diff(parts.offsets))
+    assert np.array_equal(segment[parts.of_influence], skin.influence_segment)
+    arm = skin.influence_point - parts.centre[parts.of_influence]
+    assert np.all(np.linalg.norm(arm, axis=1) <= parts.radius[parts.of_influence] + 1e-15)
+    for j in range(18):
+        own = skin.influence_point[skin.influence_segment == j]
+        axis = np.ptp(own, axis=0).argmax()
+        for part in range(parts.offsets[j], parts.offsets[j + 1]):
+            assert np.ptp(skin.influence_point[parts.of_influence == part][:, axis]) <= 0.12
+
+
 def worst_turn(body, configurations, rng, size):
     """Largest move of a vertex normal over what its bound allows, over random motions.
 
@@ -131,7 +146,8 @@ def worst_turn(body, configurations, rng, size):
     """
     model, skin = body.model, body.skin
     centre, radius = segment_balls(skin, 18)
-    rate = edge_change_rate(skin, posed_skin(body, body.rest_configuration), radius)
+    rest = posed_skin(body, body.rest_configuration)
+    rate = edge_change_rate(skin, rest, skin.influence_segment, radius)
     owner = np.repeat(np.arange(skin.vertex_count), np.diff(skin.influence_offsets))
     middle = np.repeat(np.arange(skin.vertex_count), np.diff(skin.ring_offsets))
     data, worst = model.createData(), 0.0
@@ -160,7 +176,8 @@ def worst_turn(body, configurations, rng, size):
         old, new = (vertex_normals(skin, each) for each in (skin_before, blend(skin, *after)))
         moved = np.linalg.norm(new - old, axis=1)
         bound = [
-            normal_change(skin_before, i, skin.ring_offsets, skin.ring_next, rate[i] * motion[i])
+            motion[i]
+            * normal_and_bend(skin_before, i, skin.ring_offsets, skin.ring_next, rate[i])[3]
             for i in range(skin.vertex_count)
         ]
         worst = max(worst, (moved / bound)[motion > 1e-9].max())

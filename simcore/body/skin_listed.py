@@ -1,5 +1,7 @@
 """Skinning of listed vertices only, and its transpose: the fast path of `simcore.body.skin`."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from simcore.body.skin import Skin
@@ -16,30 +18,74 @@ def segment_balls(skin: Skin, segment_count: int) -> tuple[np.ndarray, np.ndarra
     return centre, radius
 
 
+@dataclass(frozen=True, eq=False)
+class SkinParts:
+    """The skin of each segment in slices across its length.
+
+    What turns about a joint moves less near it: bounds of the motion are closer slice by slice.
+
+    Attributes
+    ----------
+    offsets : (m + 1,) int64
+        Parts of each segment.
+    of_influence : (e,) int64
+        Part of each entry of `Skin.influence_segment`.
+    centre : (p, 3), radius : (p,) float64
+        Ball around each part, segment frame [m].
+    """
+
+    offsets: np.ndarray
+    of_influence: np.ndarray
+    centre: np.ndarray
+    radius: np.ndarray
+
+
+def skin_parts(skin: Skin, segment_count: int, length: float) -> SkinParts:
+    """Return parts no longer than a length [m]."""
+    offsets, of_influence = [0], np.empty(len(skin.influence_segment), np.int64)
+    centre, radius = [], []
+    for j in range(segment_count):
+        entries = np.flatnonzero(skin.influence_segment == j)
+        points = skin.influence_point[entries]
+        low, size = points.min(axis=0), np.ptp(points, axis=0)
+        axis = int(size.argmax())
+        slices = int(np.ceil(size[axis] / length))
+        place = np.minimum(
+            ((points[:, axis] - low[axis]) / size[axis] * slices).astype(np.int64), slices - 1
+        )
+        for each in np.unique(place):
+            inside = points[place == each]
+            centre.append((inside.min(axis=0) + inside.max(axis=0)) / 2)
+            radius.append(np.linalg.norm(inside - centre[-1], axis=1).max())
+            of_influence[entries[place == each]] = len(radius) - 1
+        offsets.append(len(radius))
+    return SkinParts(np.array(offsets), of_influence, np.array(centre), np.array(radius))
+
+
 def edge_change_rate(
-    skin: Skin, rest_vertices: np.ndarray, segment_radius: np.ndarray
+    skin: Skin, rest_vertices: np.ndarray, of_influence: np.ndarray, radius: np.ndarray
 ) -> np.ndarray:
     """Return how much the edges at each vertex can change per motion of the skin around it (n,).
 
-    Where no skin of segment j moves by more than m, its frame turns by at most m/r_j, r_j being the
-    radius of its skin. So by Eq. 3 an edge from i to b, of length e at rest, changes by at most
-    m (e/r + w (1 + e/r)), with w = Σ_j |α_bj − α_ij|.
+    Where no skin of a part moves by more than m, its segment's frame turns by at most m/r, r being
+    the radius of the part. So by Eq. 3 an edge from i to b, of length e at rest, changes by at most
+    m (e/r + w (1 + e/r)), with w = Σ_j |α_bj − α_ij| over the segments j.
 
     Parameters
     ----------
     skin : Skin
     rest_vertices : (n, 3)
         Skin in any pose it was blended from [m].
-    segment_radius : (18,)
-        Radius of the skin of each segment [m].
+    of_influence : (e,), radius : (p,)
+        As of `SkinParts`; or whole segments and the radius of their skin [m].
     """
     count = skin.vertex_count
     owner = np.repeat(np.arange(count), np.diff(skin.influence_offsets))
     centre = np.repeat(np.arange(count), np.diff(skin.ring_offsets))
-    weights = np.zeros((count, len(segment_radius)))
+    weights = np.zeros((count, int(skin.influence_segment.max()) + 1))
     weights[owner, skin.influence_segment] = skin.influence_weight
     turning = np.zeros(count)
-    np.maximum.at(turning, owner, 1 / segment_radius[skin.influence_segment])
+    np.maximum.at(turning, owner, 1 / radius[of_influence])
     rate = np.zeros(count)
     for near in skin.ring_next.T:
         edge = np.linalg.norm(rest_vertices[near] - rest_vertices[centre], axis=1)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
+from scipy.ndimage import distance_transform_edt
 from scipy.spatial import cKDTree
 
 from simcore.compiled import compiled
@@ -37,33 +38,42 @@ class ClearanceGrid:
     margin: float
 
 
-def build_clearance_grid(vertices: np.ndarray, edge: float, margin: float) -> ClearanceGrid:
-    """Return the grid around device vertices (N, 3) [m]."""
+def build_clearance_grid(
+    vertices: np.ndarray, edge: float, margin: float, sharp: float
+) -> ClearanceGrid:
+    """Return the grid around device vertices (N, 3) [m].
+
+    Bounds are sharp within a distance [m]; beyond, they are taken between whole cells.
+    """
     origin = vertices.min(axis=0) - margin
     shape = np.ceil((vertices.max(axis=0) + margin - origin) / edge).astype(np.int64)
-    centres = origin + (np.indices(tuple(shape)).reshape(3, -1).T + 0.5) * edge
+    free = np.ones(shape, bool)
+    free[tuple(((vertices - origin) / edge).astype(np.int64).T)] = False
+    diagonal = edge * np.sqrt(3)
+    clearance = np.maximum(distance_transform_edt(free) * edge - diagonal, 0.0)
+    near = np.nonzero(clearance < sharp)
+    centres = origin + (np.column_stack(near) + 0.5) * edge
     distance, _ = cKDTree(vertices).query(centres)
-    clearance = np.maximum(distance - edge * np.sqrt(3) / 2, 0)
-    return ClearanceGrid(origin, edge, shape, clearance, margin)
+    clearance[near] = np.maximum(distance - diagonal / 2, 0.0)
+    return ClearanceGrid(origin, edge, shape, clearance.ravel(), margin)
 
 
 @compiled
-def to_device(points, rotation, position, out):
-    """Write world points (n, 3) in the device frame."""
-    for i in range(points.shape[0]):
-        x, y, z = (points[i, 0] - position[0], points[i, 1] - position[1],
-                   points[i, 2] - position[2])
-        for a in range(3):
-            out[i, a] = rotation[0, a] * x + rotation[1, a] * y + rotation[2, a] * z
+def to_device(chosen, points, rotation, position, out):
+    """Write chosen world points (n, 3) in the device frame."""
+    for i in chosen:
+        x, y, z = points[i, 0] - position[0], points[i, 1] - position[1], points[i, 2] - position[2]
+        for d in range(3):
+            out[i, d] = rotation[0, d] * x + rotation[1, d] * y + rotation[2, d] * z
 
 
 @compiled
-def look_up_clearance(points, origin, edge, shape, clearance, margin, out):
-    """Write a lower bound of each point's distance from the device vertices [m].
+def look_up_clearance(chosen, points, origin, edge, shape, clearance, margin, out):
+    """Write a lower bound of the distance of chosen points from the device vertices [m].
 
     Points (n, 3) are in the device frame.
     """
-    for i in range(points.shape[0]):
+    for i in chosen:
         a = int(np.floor((points[i, 0] - origin[0]) / edge))
         b = int(np.floor((points[i, 1] - origin[1]) / edge))
         c = int(np.floor((points[i, 2] - origin[2]) / edge))
@@ -84,108 +94,102 @@ class Patches:
         Device vertices, patch by patch.
     centre : (p, 3), radius : (p,) float64
         A ball around each patch [m].
+    size : (p, 3) float64
+        Of a box about the same centre, half of its edges [m].
     """
 
     offsets: np.ndarray
     vertex: np.ndarray
     centre: np.ndarray
     radius: np.ndarray
+    size: np.ndarray
 
 
 def build_patches(vertices: np.ndarray, edge: float) -> Patches:
     """Return the vertices (N, 3) [m] grouped by cubic cells of an edge [m]."""
     cell = np.floor((vertices - vertices.min(axis=0)) / edge).astype(np.int64)
-    _, patch, counts = np.unique(cell, axis=0, return_inverse=True, return_counts=True)
+    place = np.ravel_multi_index(cell.T, cell.max(axis=0) + 1)
+    _, patch, counts = np.unique(place, return_inverse=True, return_counts=True)
     order = np.argsort(patch, kind="stable")
     offsets = np.concatenate([[0], np.cumsum(counts)])
     low = np.minimum.reduceat(vertices[order], offsets[:-1])
     high = np.maximum.reduceat(vertices[order], offsets[:-1])
     centre = (low + high) / 2
     distance = np.linalg.norm(vertices - centre[patch], axis=1)
-    return Patches(offsets, order, centre, np.maximum.reduceat(distance[order], offsets[:-1]))
+    radius = np.maximum.reduceat(distance[order], offsets[:-1])
+    return Patches(offsets, order, centre, radius, (high - low) / 2)
 
 
 @compiled
-def near_pairs(
-    skin, chosen, device, patch_offsets, patch_vertex, patch_centre, patch_radius, radius, slack
-):
-    """Return for each device vertex the skin vertices that can be its nearest one.
+def near_patches(skin, chosen, slack, patch_centre, patch_radius, radius):
+    """Return for each patch the skin vertices that can be nearest to a device vertex of it.
 
-    A device vertex whose nearest chosen skin vertex is d₁ ≤ radius + slack away keeps all chosen
-    skin vertices within d₁ + 2·slack: while no skin vertex moves by more than `slack` in the
-    device frame, the nearest of all is among them.
+    While no skin vertex s moves by more than its slack σ_s in the device frame, that of a device
+    vertex in a ball of radius r about c is among those with d − σ ≤ min (d + σ) + 2 r, d being the
+    distances from c now. Of these, those that can come within `radius` are kept.
 
     Parameters
     ----------
-    skin : (n, 3), device : (N, 3) float64
-        Device frame [m].
+    skin : (n, 3) float64
+        Device frame [m]; valid where chosen.
     chosen : (c,) int64
         Skin vertices to consider.
-    patch_offsets, patch_vertex, patch_centre, patch_radius
+    slack : (n,) float64
+        σ [m].
+    patch_centre, patch_radius
         See `Patches`.
-    radius, slack : float
+    radius : float
         [m].
 
     Returns
     -------
-    rows : (r,) int64
-        Device vertices with such a neighbour.
-    offsets : (r + 1,) int64
+    patches : (p,) int64
+        Those with such a neighbour.
+    offsets : (p + 1,) int64
     candidates : (offsets[-1],) int64
-        Skin vertices of each row.
+        Skin vertices of each.
+    nearest, complete : (p,) float64
+        Distance of the nearest from the patch's centre now, and no vertex that comes as near as
+        the latter is left out [m].
     """
-    rows = np.empty(device.shape[0], np.int64)
-    offsets = np.zeros(device.shape[0] + 1, np.int64)
+    patches = np.empty(patch_radius.size, np.int64)
+    nearest, complete = np.empty(patch_radius.size), np.empty(patch_radius.size)
+    offsets = np.empty(patch_radius.size + 1, np.int64)
+    offsets[0] = 0
     if chosen.size == 0:
-        return rows[:0].copy(), offsets[:1].copy(), rows[:0].copy()
+        return patches[:0].copy(), offsets[:1].copy(), patches[:0].copy(), nearest[:0], nearest[:0]
     low, shape, starts, vertex, point = _sort_into_cells(skin, chosen)
-    x, y, z = np.empty(chosen.size), np.empty(chosen.size), np.empty(chosen.size)
-    near = np.empty(chosen.size, np.int64)
-    square = np.empty(chosen.size)
+    near, square = np.empty(chosen.size + 1, np.int64), np.empty(chosen.size + 1)
     candidates = np.empty(16 * 1024, np.int64)
-    row_count = 0
-    total = 0
-    reach = radius + slack
+    most = 0.0
+    for i in chosen:
+        most = max(most, slack[i])
+    patch_count = total = 0
     for patch in range(patch_radius.size):
-        cx, cy, cz = patch_centre[patch, 0], patch_centre[patch, 1], patch_centre[patch, 2]
         ball = patch_radius[patch]
-        count, nearest = _gather(
-            point, low, shape, starts, cx, cy, cz, reach + 2 * slack + ball, near, square
+        count, least = _gather(
+            point, low, shape, starts, patch_centre[patch, 0], patch_centre[patch, 1],
+            patch_centre[patch, 2], radius + ball + most, near, square
         )
-        if nearest > (reach + ball) ** 2:
+        if count == 0:
             continue
-        # From anywhere in the patch the nearest is at most d + r away, d being seen from its
-        # centre; what can matter is then at most d + 2r + 2·slack from the centre.
-        limit = (np.sqrt(nearest) + 2 * ball + 2 * slack) ** 2
-        kept = 0
+        limit = min(np.sqrt(least) + most + 2 * ball, radius + ball)
+        while total + count >= candidates.size:
+            candidates = np.concatenate((candidates, candidates))
+        start = total
         for e in range(count):
-            if square[e] <= limit:
-                place = near[e]
-                near[kept] = vertex[place]
-                x[kept], y[kept], z[kept] = point[place, 0], point[place, 1], point[place, 2]
-                kept += 1
-        for entry in range(patch_offsets[patch], patch_offsets[patch + 1]):
-            k = patch_vertex[entry]
-            px, py, pz = device[k, 0], device[k, 1], device[k, 2]
-            nearest = np.inf
-            for e in range(kept):
-                distance = (x[e] - px) ** 2 + (y[e] - py) ** 2 + (z[e] - pz) ** 2
-                square[e] = distance
-                if distance < nearest:
-                    nearest = distance
-            if nearest > reach * reach:
-                continue
-            limit = (np.sqrt(nearest) + 2 * slack) ** 2
-            while total + kept > candidates.size:
-                candidates = np.concatenate((candidates, candidates))
-            for e in range(kept):
-                if square[e] <= limit:
-                    candidates[total] = near[e]
-                    total += 1
-            rows[row_count] = k
-            row_count += 1
-            offsets[row_count] = total
-    return rows[:row_count].copy(), offsets[: row_count + 1].copy(), candidates[:total].copy()
+            i = vertex[near[e]]
+            candidates[total] = i
+            total += square[e] <= (limit + slack[i]) * (limit + slack[i])
+        if total > start:
+            patches[patch_count] = patch
+            nearest[patch_count], complete[patch_count] = np.sqrt(least), limit
+            patch_count += 1
+            offsets[patch_count] = total
+    return (
+        patches[:patch_count].copy(), offsets[: patch_count + 1].copy(), candidates[:total].copy(),
+        nearest[:patch_count].copy(), complete[:patch_count].copy(),
+    )
 
 
 @compiled
@@ -202,7 +206,7 @@ def nearest_within(skin, points, chosen, reach):
         Farther skin is not looked for [m]: infinite, and −1.
     """
     low, shape, starts, vertex, point = _sort_into_cells(skin, np.arange(skin.shape[0]))
-    near, square = np.empty(skin.shape[0], np.int64), np.empty(skin.shape[0])
+    near, square = np.empty(skin.shape[0] + 1, np.int64), np.empty(skin.shape[0] + 1)
     distance, nearest = np.full(chosen.size, np.inf), np.full(chosen.size, -1)
     for c in range(chosen.size):
         x, y, z = points[chosen[c], 0], points[chosen[c], 1], points[chosen[c], 2]
@@ -224,7 +228,7 @@ def nearest_within(skin, points, chosen, reach):
 
 @njit(inline="always")
 def _gather(point, low, shape, starts, cx, cy, cz, radius, near, square):
-    """Write the places, and squared distances, of the points in a ball.
+    """Write the places, and squared distances, of the points in a ball; one more entry is needed.
 
     Returns their number and the least squared distance. In line, because passing the arrays would
     cost more than the search.
@@ -236,7 +240,7 @@ def _gather(point, low, shape, starts, cx, cy, cz, radius, near, square):
     first_z = max(int(np.floor((cz - radius - low[2]) / SKIN_EDGE)), 0)
     last_z = min(int(np.floor((cz + radius - low[2]) / SKIN_EDGE)) + 1, shape[2])
     count = 0
-    least = np.inf
+    least, limit = np.inf, radius * radius
     if first_z >= last_z:
         last_x = first_x
     for i in range(first_x, last_x):
@@ -247,12 +251,12 @@ def _gather(point, low, shape, starts, cx, cy, cz, radius, near, square):
                 dy = point[place, 1] - cy
                 dz = point[place, 2] - cz
                 distance = dx * dx + dy * dy + dz * dz
-                if distance <= radius * radius:
-                    near[count] = place
-                    square[count] = distance
-                    count += 1
-                    if distance < least:
-                        least = distance
+                # Without a branch, which would be mispredicted half of the times.
+                near[count] = place
+                square[count] = distance
+                inside = distance <= limit
+                count += inside
+                least = min(least, distance if inside else np.inf)
     return count, least
 
 

@@ -1,9 +1,10 @@
 """Exact nearest-vertex search at little cost: two levels of neighbour lists (Verlet 1967).
 
-Each list holds the device vertices that can touch the skin, and for each of them the skin vertices
-that can be its nearest. The inner list, of little slack, is cut from the outer. Each is valid
-while no segment has moved, in the device frame, by more than its allowance; the lists then still
-hold idx(k) of section V.A wherever d_k can be positive, equal to a search over all pairs.
+The outer list holds, for patches of the device, the skin vertices that can be nearest to any point
+of theirs. The inner one is cut from it: the device points that can touch, and for each of them the
+skin vertices that can be its nearest. Each patch of it lasts until the skin around it may have
+moved, in the device frame, by more than its budget; patches that touch nothing have large ones. So
+the lists hold idx(k) of section V.A wherever d_k can be positive, equal to a search over all pairs.
 """
 
 import numpy as np
@@ -13,18 +14,26 @@ from simcore.contact.neighbour_grid import (
     build_clearance_grid,
     build_patches,
     look_up_clearance,
-    near_pairs,
+    near_patches,
     to_device,
 )
+from simcore.contact.neighbour_rows import keep_budgets, renew_rows, spend_budgets
 from simcore.contact.segment_motion import motion_bound, write_relative
 
-OUTER_SLACK, INNER_SLACK = 0.005, 0.001
-"""Motion that each list allows before it is made again [m]; tuned for time, without effect on
-the result (docs/performance.md)."""
+OUTER_SLACK, INNER_SLACK = (0.003, 0.016), (0.0005, 0.0015)
+"""Least and greatest motion that each list allows the skin of a part of the body before it is made
+again [m]; tuned for time, as is all below, without effect on the result (docs/performance.md)."""
 
-CLEARANCE_EDGE, CLEARANCE_MARGIN, PATCH_EDGE = 0.02, 0.3, 0.03
-"""Edge of the clearance grid's cells, its margin around the device, and edge of the device's
-patches [m]; tuned likewise."""
+OUTER_LIFE, INNER_LIFE = 20.0, 20.0
+"""Between these, as much as it moves within so many updates."""
+
+CLEARANCE_EDGE, CLEARANCE_MARGIN, CLEARANCE_SHARP, PATCH_EDGE = 0.02, 0.3, 0.04, 0.018
+"""Edge of the clearance grid's cells, its margin around the device, where its bounds are sharp, and
+edge of the device's patches [m]."""
+
+
+SEEN_BEYOND = 0.010
+"""Skin is looked at so much beyond the search radius [m], so that patches may keep their rows."""
 
 
 class Neighbours:
@@ -34,14 +43,14 @@ class Neighbours:
     ----------
     device_vertices : (N, 3) float64
         Device frame [m].
-    influence_offsets, influence_segment
+    influence_offsets : (n + 1,) int64
         Skin as in `simcore.body.skin.Skin`.
+    part_offsets, influence_part, part_centre, part_radius
+        Parts of the skin of each segment, which move with it: `simcore.body.skin_listed.SkinParts`.
     ring_offsets, ring_next
-        One-ring of each skin vertex, likewise.
+        One-ring of each skin vertex, as in `Skin`.
     edge_change_rate : (n,) float64
         How much the edges at each vertex can change per motion of the skin around it, 1.
-    segment_centre : (m, 3), segment_radius : (m,) float64
-        Ball around the skin of each segment, segment frame [m].
     search_radius : float
         Device vertices farther than this from the skin are free [m].
 
@@ -57,31 +66,46 @@ class Neighbours:
         self,
         device_vertices: np.ndarray,
         influence_offsets: np.ndarray,
-        influence_segment: np.ndarray,
+        part_offsets: np.ndarray,
+        influence_part: np.ndarray,
+        part_centre: np.ndarray,
+        part_radius: np.ndarray,
         ring_offsets: np.ndarray,
         ring_next: np.ndarray,
         edge_change_rate: np.ndarray,
-        segment_centre: np.ndarray,
-        segment_radius: np.ndarray,
         search_radius: float,
     ):
         self._device_vertices = device_vertices
-        self._influences = influence_offsets, influence_segment
+        self._influences = influence_offsets, influence_part
         self._rings = ring_offsets, ring_next
         self._search_radius = search_radius
         self._edge_change_rate = edge_change_rate
-        self._grid = build_clearance_grid(device_vertices, CLEARANCE_EDGE, CLEARANCE_MARGIN)
+        self._grid = build_clearance_grid(
+            device_vertices, CLEARANCE_EDGE, CLEARANCE_MARGIN, CLEARANCE_SHARP
+        )
         patches = build_patches(device_vertices, PATCH_EDGE)
-        self._patches = patches.offsets, patches.vertex, patches.centre, patches.radius
-        self._spheres = segment_centre, segment_radius
-        segment_count = len(segment_radius)
-        self._outer_allowance = np.zeros(segment_count)
-        self._inner_allowance = np.zeros(segment_count)
-        self._outer_pose = np.zeros((segment_count, 3, 4))
-        self._inner_pose = np.zeros((segment_count, 3, 4))
-        self._clearance = np.empty(len(influence_offsets) - 1)
-        self._skin_in_device = np.empty((len(influence_offsets) - 1, 3))
-        self._all = np.arange(len(influence_offsets) - 1)
+        self._patches = (
+            patches.offsets, patches.vertex, patches.centre, patches.radius, patches.size
+        )
+        self._parts = part_offsets, part_centre, part_radius
+        segments, parts, count = len(part_offsets) - 1, len(part_radius), len(influence_offsets) - 1
+        self._outer_pose, self._inner_pose = np.zeros((2, segments, 3, 4))
+        # Of each part: how far it may move, how far it has, and how far it has in an update.
+        self._outer_allowance, self._inner_allowance = np.full((2, parts), -1.0)
+        self._outer_motion, self._inner_motion = np.zeros((2, parts))
+        self._pace = np.zeros(parts)
+        self._age = 0
+        self._clearance, self._slack = np.zeros((2, count))
+        self._stars = _stars(*self._rings)
+        self._around = _parts_around(*self._influences, *self._stars)
+        self._kind = _kinds(*self._around)
+        self._normals, self._known = np.empty((count, 4)), np.zeros(count, bool)
+        self._skin_in_device = np.empty((count, 3))
+        none = np.empty(0, np.int64)
+        self.rows, self.offsets, self.candidates = none, np.zeros(1, np.int64), none
+        self._near, self._near_parts = [none, np.zeros(1, np.int64), none], (none, none)
+        self._budget, self._needed, self._complete = np.empty((3, 0))
+        self._row_spans = np.empty((0, 2), np.int64)
         self._stale = True
         self.rebuilds = np.zeros(2, dtype=np.int64)  # outer, inner
 
@@ -99,215 +123,223 @@ class Neighbours:
         vertices : (n, 3) float64
             World positions of the skin vertices [m], overwritten where needed.
         """
-        outer_used, inner_used = (True, True) if self._stale else _used_up(
-            rotations, positions, device.rotation, device.position, *self._spheres,
-            self._outer_pose, self._outer_allowance, self._inner_pose, self._inner_allowance,
+        self._age += 1
+        outer_used, inner_used = _used_up(
+            rotations, positions, device.rotation, device.position, *self._parts,
+            self._outer_pose, self._outer_allowance, self._outer_motion,
+            self._inner_pose, self._inner_allowance, self._inner_motion,
         )
+        if not inner_used:
+            return
+        if self._stale:  # nothing is known of any motion
+            self._outer_motion[:], self._stale = np.inf, False
+        else:
+            self._pace[:] = self._inner_motion / self._age
         if outer_used:
-            self._build_outer(rotations, positions, device, pose, vertices)
-        if outer_used or inner_used:
-            self._build_inner(rotations, positions, device, pose, vertices)
-        self._stale = False
+            self._spend()
+            self._inner_motion[:] = 0.0
+            self._build_outer(device, pose, vertices)
+            write_relative(rotations, positions, device.rotation, device.position, self._outer_pose)
+        self._build_inner(device, pose, vertices)
+        write_relative(rotations, positions, device.rotation, device.position, self._inner_pose)
+        self._age = 0
 
-    def _build_outer(self, rotations, positions, device, pose, vertices) -> None:
-        grid, (offsets, segments) = self._grid, self._influences
-        pose(self._all)
-        to_device(vertices, device.rotation, device.position, self._skin_in_device)
+    def _build_outer(self, device, pose, vertices) -> None:
+        grid, radius = self._grid, self._search_radius
+        allowed = np.clip(OUTER_LIFE * self._pace, *OUTER_SLACK)
+        due = _come_near(
+            *self._influences, self._outer_motion, allowed, radius + SEEN_BEYOND, self._clearance,
+            self._slack,
+        )
+        # Patches have seen all vertices as near as this, but for what moved farther than allowed.
+        seen = np.minimum(self._complete, radius + SEEN_BEYOND - self._patches[3][self._near[0]])
+        seen -= max(0.0, (self._outer_motion - self._outer_allowance).max())
+        pose(due)
+        to_device(due, vertices, device.rotation, device.position, self._skin_in_device)
         look_up_clearance(
-            self._skin_in_device, grid.origin, grid.edge, grid.shape, grid.clearance, grid.margin,
-            self._clearance,
+            due, self._skin_in_device, grid.origin, grid.edge, grid.shape, grid.clearance,
+            grid.margin, self._clearance,
         )
-        near = near_pairs(
-            self._skin_in_device,
-            np.flatnonzero(self._clearance <= self._search_radius + 3 * OUTER_SLACK),
-            self._device_vertices,
-            *self._patches,
-            self._search_radius,
-            OUTER_SLACK,
+        before = self._near[0], self._budget, self._row_spans, seen
+        chosen = due[self._clearance[due] <= radius + SEEN_BEYOND + self._slack[due]]
+        *self._near, nearest, self._complete = near_patches(
+            self._skin_in_device, chosen, self._slack, *self._patches[2:4], radius
         )
-        self._outer = self._can_touch(near, vertices, device, OUTER_SLACK)
-        self._outer_listed = _with_rings(self._outer[2], *self._rings, len(vertices))
-        write_relative(
-            rotations, positions, device.rotation, device.position, self._outer_pose
+        self._near_parts = _parts_of(*self._near[1:], *self._around, self._kind, len(allowed))
+        self._budget, self._needed = np.empty((2, len(nearest)))
+        self._row_spans = np.empty((len(nearest), 2), np.int64)
+        keep_budgets(
+            *before, self._near[0], nearest, self._patches[3], self._budget, self._row_spans
         )
-        # A segment whose skin is far from the device may move by as much as it is far.
-        nearest, used = nearest_by_segment(
-            offsets, segments, self._clearance, self._outer_listed, len(rotations)
-        )
-        far = np.maximum(OUTER_SLACK, nearest - self._search_radius)
-        self._outer_allowance = np.where(used, OUTER_SLACK, far)
-        self._inner_allowance = np.where(used, INNER_SLACK, far)
+        # Skin that is far from the device may move by as much as it is far.
+        least = _nearest_by_part(*self._influences, self._clearance, len(allowed))
+        self._outer_allowance[:] = np.maximum(allowed, least - radius - SEEN_BEYOND)
+        self._outer_allowance[self._near_parts[1]] = allowed[self._near_parts[1]]
         self.rebuilds[0] += 1
 
-    def _build_inner(self, rotations, positions, device, pose, vertices) -> None:
-        pose(self._outer_listed)
-        self.rows, self.offsets, self.candidates = self._can_touch(
-            self._outer, vertices, device, INNER_SLACK
+    def _build_inner(self, device, pose, vertices) -> None:
+        due, around = self._spend()
+        needed = _with_stars(around, *self._stars, self._known)
+        pose(needed)
+        to_device(needed, vertices, device.rotation, device.position, self._skin_in_device)
+        self.rows, self.offsets, self.candidates = renew_rows(
+            *self._near, *self._near_parts, due, self._needed, *self._patches, self._budget,
+            self._row_spans, self.rows, self.offsets, self.candidates, self._skin_in_device,
+            *self._rings, self._edge_change_rate, self._device_vertices, self._search_radius,
+            self._normals, around, self._known, self._inner_allowance,
         )
-        self.listed = _with_rings(self.candidates, *self._rings, len(vertices))
-        write_relative(
-            rotations, positions, device.rotation, device.position, self._inner_pose
-        )
+        self.listed = _with_stars(self.candidates, *self._stars, self._known)
         self.rebuilds[1] += 1
 
-    def _can_touch(self, pairs, vertices, device, slack):
-        return _can_touch(
-            *pairs, vertices, *self._rings, self._edge_change_rate, self._device_vertices,
-            device.rotation, device.position, slack,
+    def _spend(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return which patches are due, and the skin around them."""
+        slack = np.clip(INNER_LIFE * self._pace, *INNER_SLACK)
+        return spend_budgets(
+            *self._near_parts, self._inner_motion, slack, *self._near[1:], self._budget,
+            self._needed, self._known,
         )
 
 
 @compiled
 def _used_up(
-    rotations, positions, rotation, position, centre, radius, outer_pose, outer_allowance,
-    inner_pose, inner_allowance,
+    rotations, positions, rotation, position, part_offsets, centre, radius, outer_pose,
+    outer_allowance, outer_motion, inner_pose, inner_allowance, inner_motion,
 ):
-    """Return whether any segment's skin may have moved beyond its outer, and inner, allowance."""
+    """Return whether any part's skin may have moved beyond its outer, and inner, allowance.
+
+    Writes how far each has moved at most since either list was made [m].
+    """
     now = np.empty((rotations.shape[0], 3, 4))
     write_relative(rotations, positions, rotation, position, now)
-    inner = False
+    outer = inner = False
     for j in range(now.shape[0]):
-        if motion_bound(now[j], outer_pose[j], centre[j], radius[j]) > outer_allowance[j]:
-            return True, True
-        if motion_bound(now[j], inner_pose[j], centre[j], radius[j]) > inner_allowance[j]:
-            inner = True
-    return False, inner
+        for part in range(part_offsets[j], part_offsets[j + 1]):
+            moved = motion_bound(now[j], outer_pose[j], centre[part], radius[part])
+            outer = outer or moved > outer_allowance[part]
+            outer_motion[part] = moved
+            moved = motion_bound(now[j], inner_pose[j], centre[part], radius[part])
+            inner = inner or moved > inner_allowance[part]
+            inner_motion[part] = moved
+    return outer, outer or inner
 
 
 @compiled
-def _with_rings(chosen, ring_offsets, ring_next, count):
-    """Return the chosen vertices and their one-rings, sorted, each once."""
-    chosen_before = np.zeros(count, np.bool_)
-    mark = np.zeros(count, np.bool_)
-    for s in chosen:
-        if not chosen_before[s]:
-            chosen_before[s] = mark[s] = True
-            for e in range(ring_offsets[s], ring_offsets[s + 1]):
-                mark[ring_next[e, 0]] = True
-                mark[ring_next[e, 1]] = True
-    return np.flatnonzero(mark)
+def _come_near(offsets, parts, moved, allowed, radius, clearance, slack):
+    """Take motions off the clearances; return the vertices that can come within the radius.
 
-
-@compiled
-def vertex_normal(vertices, i, ring_offsets, ring_next):
-    """Return the area-weighted unit normal of skin vertex i."""
-    nx = ny = nz = 0.0
-    for e in range(ring_offsets[i], ring_offsets[i + 1]):
-        b, c = ring_next[e, 0], ring_next[e, 1]
-        ux, uy, uz = (vertices[b, 0] - vertices[i, 0], vertices[b, 1] - vertices[i, 1],
-                      vertices[b, 2] - vertices[i, 2])
-        wx, wy, wz = (vertices[c, 0] - vertices[i, 0], vertices[c, 1] - vertices[i, 1],
-                      vertices[c, 2] - vertices[i, 2])
-        nx += uy * wz - uz * wy
-        ny += uz * wx - ux * wz
-        nz += ux * wy - uy * wx
-    length = np.sqrt(nx * nx + ny * ny + nz * nz)
-    return nx / length, ny / length, nz / length
-
-
-@compiled
-def normal_change(vertices, i, ring_offsets, ring_next, edge_change):
-    """Return a bound of how far the unit normal of skin vertex i moves when the skin is deformed.
-
-    The normal is that of N = Σ u × w over the ring. Where no edge changes by more than δ
-    (`edge_change` [m]), N changes by at most ΔN = Σ δ (|u| + |w| + δ), and its direction by at most
-    √2 ΔN/|N| if ΔN < |N|.
+    Writes the slack of each vertex, the greatest allowed to a part that it belongs to.
     """
-    nx = ny = nz = 0.0
-    change = 0.0
-    for e in range(ring_offsets[i], ring_offsets[i + 1]):
-        b, c = ring_next[e, 0], ring_next[e, 1]
-        ux, uy, uz = (vertices[b, 0] - vertices[i, 0], vertices[b, 1] - vertices[i, 1],
-                      vertices[b, 2] - vertices[i, 2])
-        wx, wy, wz = (vertices[c, 0] - vertices[i, 0], vertices[c, 1] - vertices[i, 1],
-                      vertices[c, 2] - vertices[i, 2])
-        nx += uy * wz - uz * wy
-        ny += uz * wx - ux * wz
-        nz += ux * wy - uy * wx
-        change += edge_change * (np.sqrt(ux * ux + uy * uy + uz * uz)
-                                 + np.sqrt(wx * wx + wy * wy + wz * wz) + edge_change)
-    length = np.sqrt(nx * nx + ny * ny + nz * nz)
-    return np.sqrt(2.0) * change / length if change < length else 2.0
-
-
-@compiled
-def _can_touch(
-    rows, offsets, candidates, vertices, ring_offsets, ring_next, edge_change_rate, device_vertices,
-    rotation, position, slack,
-):
-    """Return the rows of the outer list, and of each the candidates, that can matter for contact.
-
-    While the skin moves by at most `slack`, v − p changes by at most that and n by at most Δ (see
-    `normal_change`); so d = n·(v − p) of a candidate can become positive only if it is above
-    −slack − |v − p| Δ now.
-    """
-    normals = np.empty((vertices.shape[0], 4))
-    known = np.zeros(vertices.shape[0], np.bool_)
-    kept_rows = np.empty(rows.size, np.int64)
-    kept_offsets = np.zeros(rows.size + 1, np.int64)
-    kept = np.empty(candidates.size, np.int64)
-    count = 0
-    total = 0
-    for r in range(rows.size):
-        k = rows[r]
-        px, py, pz = to_world(device_vertices, k, rotation, position)
-        nearest = np.inf
-        for e in range(offsets[r], offsets[r + 1]):
-            s = candidates[e]
-            square = ((vertices[s, 0] - px) ** 2 + (vertices[s, 1] - py) ** 2
-                      + (vertices[s, 2] - pz) ** 2)
-            nearest = min(nearest, square)
-        reach = (np.sqrt(nearest) + 2 * slack) ** 2
-        touches = False
-        start = total
-        for e in range(offsets[r], offsets[r + 1]):
-            s = candidates[e]
-            dx, dy, dz = vertices[s, 0] - px, vertices[s, 1] - py, vertices[s, 2] - pz
-            square = dx * dx + dy * dy + dz * dz
-            if square > reach:
-                continue
-            kept[total] = s
-            total += 1
-            if touches:
-                continue
-            if not known[s]:
-                nx, ny, nz = vertex_normal(vertices, s, ring_offsets, ring_next)
-                normals[s, 0], normals[s, 1], normals[s, 2] = nx, ny, nz
-                normals[s, 3] = normal_change(
-                    vertices, s, ring_offsets, ring_next, slack * edge_change_rate[s]
-                )
-                known[s] = True
-            depth = normals[s, 0] * dx + normals[s, 1] * dy + normals[s, 2] * dz
-            touches = depth >= -slack - np.sqrt(square) * normals[s, 3]
-        if touches:
-            kept_rows[count] = k
+    due, count = np.empty(clearance.size, np.int64), 0
+    for i in range(clearance.size):
+        way = most = 0.0
+        for e in range(offsets[i], offsets[i + 1]):
+            way = max(way, moved[parts[e]])
+            most = max(most, allowed[parts[e]])
+        clearance[i] -= way
+        slack[i] = most
+        if clearance[i] <= radius + most:
+            due[count] = i
             count += 1
-            kept_offsets[count] = total
-        else:
-            total = start
-    return kept_rows[:count].copy(), kept_offsets[: count + 1].copy(), kept[:total].copy()
+    return due[:count].copy()
 
 
 @compiled
-def nearest_by_segment(offsets, segments, clearance, listed, segment_count):
-    """Return each segment's least skin clearance [m], and whether it carries a listed vertex."""
-    nearest = np.full(segment_count, np.inf)
-    used = np.zeros(segment_count, np.bool_)
+def _stars(ring_offsets, ring_next):
+    """Return the vertices of each one-ring, each once, as CSR."""
+    count = ring_offsets.size - 1
+    starts, star = np.zeros(count + 1, np.int64), np.empty(2 * ring_next.shape[0] + 1, np.int64)
+    seen, total = np.full(count, -1), 0
+    for i in range(count):
+        for e in range(ring_offsets[i], ring_offsets[i + 1]):
+            for a in range(2):
+                b = ring_next[e, a]
+                star[total] = b
+                total += seen[b] != i
+                seen[b] = i
+        starts[i + 1] = total
+    return starts, star[:total].copy()
+
+
+@compiled
+def _parts_around(offsets, parts, star_offsets, star):
+    """Return the parts that each vertex and those next to it belong to, as CSR."""
+    count = offsets.size - 1
+    starts, around = np.zeros(count + 1, np.int64), np.empty(4 * parts.size, np.int64)
+    seen = np.full(parts.max() + 1, -1)
+    total = 0
+    for i in range(count):
+        while total + seen.size >= around.size:
+            around = np.concatenate((around, around))
+        for f in range(star_offsets[i] - 1, star_offsets[i + 1]):
+            s = i if f < star_offsets[i] else star[f]
+            for e in range(offsets[s], offsets[s + 1]):
+                around[total] = parts[e]
+                total += seen[parts[e]] != i
+                seen[parts[e]] = i
+        starts[i + 1] = total
+    return starts, around[:total].copy()
+
+
+def _kinds(offsets: np.ndarray, around: np.ndarray) -> np.ndarray:
+    """Return a number for each vertex (n,), the same where the parts around are the same."""
+    word = np.zeros((len(offsets) - 1, around.max() // 60 + 1), np.int64)
+    owner = np.repeat(np.arange(len(word)), np.diff(offsets))
+    np.add.at(word, (owner, around // 60), 1 << around % 60)
+    kind = np.zeros(len(word), np.int64)
+    for column in word.T:
+        kind = np.unique(kind, return_inverse=True)[1] * len(word)
+        kind += np.unique(column, return_inverse=True)[1]
+    return np.unique(kind, return_inverse=True)[1]
+
+
+@compiled
+def _parts_of(offsets, candidates, around_offsets, around, kind, count):
+    """Return the parts that the candidates of each patch move with, as CSR."""
+    starts, parts = np.zeros(offsets.size, np.int64), np.empty(8 * offsets.size + count, np.int64)
+    seen, met = np.full(count, -1), np.full(kind.size, -1)
+    total = 0
+    for p in range(offsets.size - 1):
+        while total + count > parts.size:
+            parts = np.concatenate((parts, parts))
+        for e in range(offsets[p], offsets[p + 1]):
+            i = candidates[e]
+            if met[kind[i]] == p:
+                continue
+            met[kind[i]] = p
+            for f in range(around_offsets[i], around_offsets[i + 1]):
+                if seen[around[f]] != p:
+                    seen[around[f]] = p
+                    parts[total] = around[f]
+                    total += 1
+        starts[p + 1] = total
+    return starts, parts[:total].copy()
+
+
+@compiled
+def _nearest_by_part(offsets, parts, clearance, count):
+    """Return each part's least skin clearance [m]."""
+    nearest = np.full(count, np.inf)
     for i in range(clearance.size):
         for e in range(offsets[i], offsets[i + 1]):
-            nearest[segments[e]] = min(nearest[segments[e]], clearance[i])
-    for i in listed:
-        for e in range(offsets[i], offsets[i + 1]):
-            used[segments[e]] = True
-    return nearest, used
+            nearest[parts[e]] = min(nearest[parts[e]], clearance[i])
+    return nearest
 
 
 @compiled
-def to_world(points, k, rotation, position):
-    """Return point k of a frame in the world."""
-    x, y, z = points[k, 0], points[k, 1], points[k, 2]
-    return (
-        rotation[0, 0] * x + rotation[0, 1] * y + rotation[0, 2] * z + position[0],
-        rotation[1, 0] * x + rotation[1, 1] * y + rotation[1, 2] * z + position[1],
-        rotation[2, 0] * x + rotation[2, 1] * y + rotation[2, 2] * z + position[2],
-    )
+def _with_stars(chosen, star_offsets, star, mark):
+    """Return the chosen vertices and those next to them, each once; `mark` (n,) is all false."""
+    listed, count = np.empty(mark.size + 1, np.int64), 0
+    # Without branches, which would be mispredicted half of the times.
+    for s in chosen:
+        listed[count] = s
+        count += not mark[s]
+        mark[s] = True
+    for place in range(count):
+        s = listed[place]
+        for e in range(star_offsets[s], star_offsets[s + 1]):
+            listed[count] = star[e]
+            count += not mark[star[e]]
+            mark[star[e]] = True
+    for place in range(count):
+        mark[listed[place]] = False
+    return listed[:count].copy()

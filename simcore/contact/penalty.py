@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from simcore.compiled import compiled
-from simcore.contact.neighbours import to_world, vertex_normal
+from simcore.contact.neighbour_rows import to_world, vertex_normal
 
 
 @compiled
@@ -96,8 +96,8 @@ def _nearest(candidates, start, end, vertices, point):
         s = candidates[e]
         here = ((vertices[s, 0] - point[0]) ** 2 + (vertices[s, 1] - point[1]) ** 2
                 + (vertices[s, 2] - point[2]) ** 2)
-        if here < square:
-            nearest, square = s, here
+        nearest = s if here < square else nearest
+        square = min(here, square)
     return nearest, square
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from simcore.compiled import compiled
 from simcore.contact.neighbour_grid import nearest_within
-from simcore.contact.neighbours import vertex_normal
+from simcore.contact.neighbour_rows import vertex_normal
 
 REACH = 0.1
 """Points farther than this from the skin are not followed [m]."""
