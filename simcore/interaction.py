@@ -8,6 +8,7 @@ from simcore.body.segments import PARENTS, SEGMENTS
 from simcore.body.skin_listed import torque_of_wrenches, wrench_listed
 from simcore.contact.self_contact import add_self_contact, overlaps, self_contact_power
 from simcore.device.motion import DeviceState
+from simcore.dynamics.adaptive import stable_step
 from simcore.dynamics.impedance import (
     PACKED,
     add_pair_impedance,
@@ -64,6 +65,11 @@ class Interaction:
         self._blocks = np.zeros((len(SEGMENTS), len(SEGMENTS), PACKED))
         self._parts = self._own_parts(scene) if scene.method.self_contact else None
         self.contact = contact_with_device(scene)
+        self._stable = np.inf
+        if scene.method.integrator == "rk4":
+            mass = pin.crba(self.model, self.data, scene.configuration)
+            mass = np.triu(mass) + np.triu(mass, 1).T
+            self._stable = stable_step(mass, self._joints.stiffness, self._joints.damping)
 
     @property
     def support_force(self) -> np.ndarray:
@@ -84,9 +90,9 @@ class Interaction:
         """Advance what is neither body nor rigid by one step of the body; here there is nothing."""
 
     def pace(self, moved: DeviceState, q: np.ndarray, v: np.ndarray) -> float:
-        """Return how long the next step may be, from q (60,) and v (47,) [s]: Eq. I3."""
+        """Return how long the next step may be, from q (60,) and v (47,) [s]: Eqs. I3 and I4."""
         pin.forwardKinematics(self.model, self.data, q, v)
-        return self.contact.pace(self._views, self._surface_state(moved))
+        return min(self._stable, self.contact.pace(self._views, self._surface_state(moved)))
 
     def place(self, q: np.ndarray, moved: DeviceState) -> np.ndarray:
         """Return where the body is on what carries it: its centre of mass, device frame (1, 3)."""

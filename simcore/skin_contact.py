@@ -140,10 +140,7 @@ class _OnSkin:
 
 
 class PointContact(_OnSkin):
-    """The paper's: a spring at each contact point of the device (Eqs. 6 and 7).
-
-    Its steps are all alike: it knows no `pace`.
-    """
+    """The paper's: a spring at each contact point of the device (Eqs. 6 and 7)."""
 
     def __init__(self, scene: Scene):
         super().__init__(scene)
@@ -162,6 +159,8 @@ class PointContact(_OnSkin):
             law.friction_velocity_m_per_s, law.search_radius_m,
         )
         self._point_force = np.zeros(len(self._device_vertices))
+        steps = scene.method.adaptive_step
+        self._motion, self._fastest = steps.motion_m if steps else np.inf, 0.0
 
     def evaluate(self, segments: SegmentViews, device: DeviceState, lag: float) -> None:
         """Implement `SkinContact.evaluate`; it has no impedance, steps are explicit."""
@@ -171,12 +170,17 @@ class PointContact(_OnSkin):
         )
         self.listed = neighbours.listed
         self._move(segments)
-        self.contact_count, self.depth_max, self.deepest = penalty_forces(
+        count, depth_max, deepest, self._fastest = penalty_forces(
             neighbours.rows, neighbours.offsets, neighbours.candidates, neighbours.listed,
             self.points, self._velocities, *self._rings, self._device_vertices,
             device.rotation, device.position, device.linear_velocity, device.angular_velocity,
             *self._law, self.force, self.normal_force, self.normals, self._point_force,
         )
+        self.contact_count, self.depth_max, self.deepest = count, depth_max, deepest
+
+    def pace(self, segments: SegmentViews, device: DeviceState) -> float:
+        """Implement `SkinContact.pace`: of what touched in the last evaluation."""
+        return self._motion / self._fastest if self._fastest > 0 else np.inf
 
     def add_mat_impulses(self, duration: float, total: np.ndarray) -> None:
         """Implement `SkinContact.add_mat_impulses`: every point has a force of its own."""

@@ -67,12 +67,13 @@ def with_solver(design: Design, solver: dict) -> Design:
 
 
 STEP, SHEET_STEP = "method.time_step_s", "method.sheet.step_s"
+LIFT_STEPS = {f"method.adaptive_step.{key}" for key in ("longest_s", "shortest_s", "motion_m")}
 
 
 @pytest.mark.parametrize(
     ("kind", "solver", "steps", "mesh"),
     [
-        ("lift", None, {STEP}, "device.surface.vertex_count"),
+        ("lift", None, {STEP, *LIFT_STEPS}, "device.surface.vertex_count"),
         ("sling", {"kind": "explicit"}, {STEP, SHEET_STEP}, "device.sheet.vertex_count"),
         ("sling", {"kind": "explicit", "substep_s": 1e-4},
          {STEP, SHEET_STEP, "method.sheet.solver.substep_s"}, "device.sheet.vertex_count"),

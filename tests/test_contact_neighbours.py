@@ -97,7 +97,7 @@ class Pair:
         still, force = np.zeros(3), np.zeros((len(skin), 3))
         depth_sum = np.zeros(len(skin))  # the law with k = 1 and nothing else adds up depths
         on_points = np.zeros(len(self.points))
-        count, depth_max, deepest = penalty_forces(
+        count, depth_max, deepest, _ = penalty_forces(
             lists.rows, lists.offsets, lists.candidates, lists.listed, self.vertices,
             np.zeros_like(skin), self.skin.ring_offsets, self.skin.ring_next, self.points,
             self.rotation, self.position, still, still, 1.0, 0.0, 0.0, 1.0, self.radius, force,

@@ -103,12 +103,12 @@ def random_touch(seed):
 
 @pytest.mark.parametrize("depth", [1e-6, 0.004, 0.019])
 def test_penalty_pushes_the_skin_out_of_the_device(plate, depth):
-    force, normal, count, depth_max, deepest = touch(plate, under(depth))()
+    force, normal, count, depth_max, deepest, fastest = touch(plate, under(depth))()
     expected = np.zeros((25, 3))
     expected[MIDDLE, 2] = K * depth  # up, into the body, away from the device below
     assert np.abs(force - expected).max() < 1e-12
     assert normal[MIDDLE] == pytest.approx(K * depth, rel=1e-12)
-    assert (count, deepest) == (1, MIDDLE)
+    assert (count, deepest, fastest) == (1, MIDDLE, 0.0)
     assert depth_max == pytest.approx(depth, rel=1e-12)
 
 
@@ -117,7 +117,7 @@ def test_no_force_outside_or_beyond_the_search_radius(plate, z):
     force, normal, *told = touch(plate, under(z))()
     assert not force.any()
     assert not normal.any()
-    assert told == [0, 0.0, -1]
+    assert told == [0, 0.0, -1, 0.0]
 
 
 @pytest.mark.parametrize("speed", [-0.3, -0.01, 0.01, 0.3])
@@ -161,9 +161,10 @@ def test_friction_is_linear_up_to_epsilon_and_then_constant(plate, speed, sinkin
 
 
 def test_friction_drags_the_skin_with_the_device(plate):
-    """A device turning about an axis through its origin drags by ω × r."""
-    force, *_ = touch(plate, under(0.002), angular=np.array([0, 0, 2.0]))()
+    """A device turning about an axis through its origin drags by ω × r, and that fast."""
+    force, *_, fastest = touch(plate, under(0.002), angular=np.array([0, 0, 2.0]))()
     drag = 2.0 * np.array([-UNDER[1], UNDER[0]])  # below ε
+    assert fastest == pytest.approx(np.linalg.norm(drag), rel=1e-12)
     assert np.abs(force[MIDDLE, :2] - F_C / EPSILON * drag).max() < 1e-12
 
 
@@ -214,13 +215,14 @@ def test_forces_turn_with_the_frame(seed):
         rotation=turn @ case.rotation, position=turn @ case.position + shift,
         linear=turn @ case.linear, angular=turn @ case.angular,
     )
-    force, normal, count, depth, deepest = case()
+    force, normal, count, depth, deepest, fastest = case()
     turned, turned_normal, *told = moved()
     assert np.abs(turned - force @ turn.T).max() < 1e-9 * max(1, np.abs(force).max())
     assert turned_normal == pytest.approx(normal, abs=1e-9)
     assert told[0] == count > 0
     assert told[1] == pytest.approx(depth, abs=1e-12)
     assert told[2] == deepest
+    assert told[3] == pytest.approx(fastest, abs=1e-12)
 
 
 @settings(max_examples=25, deadline=None)

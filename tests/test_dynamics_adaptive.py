@@ -1,4 +1,4 @@
-"""Steps as long as the motion allows (Eq. I3)."""
+"""Steps as long as motion and stability allow (Eqs. I3 and I4)."""
 
 from types import SimpleNamespace
 
@@ -17,7 +17,8 @@ from simcore.config import Design, Method, read_design
 from simcore.contact.near_solid import NearSolid
 from simcore.contact.segment_motion import skin_speeds
 from simcore.device.motion import STILL, DeviceState
-from simcore.dynamics.adaptive import StepLadder
+from simcore.dynamics.adaptive import SAFETY, StepLadder, stable_step
+from simcore.dynamics.integrators import rk4_step
 from simcore.dynamics.pinocchio_views import view_segments
 from simcore.scene import build_scene
 from simcore.simulate import simulate
@@ -47,6 +48,35 @@ def test_any_paces_meet_at_every_longest_step():
 def test_one_length_is_kept_without_asking():
     ladder = StepLadder(0.004, 0.004)
     assert [ladder.choose(now, None) for now in range(5)] == [1] * 5
+
+
+@pytest.mark.parametrize(("longer", "grows"), [(SAFETY, False), (0.99, False), (1.02, True)])
+@pytest.mark.parametrize(("stiffness", "damping"), [(0.0, 0.3), (40.0, 0.0)])
+def test_joints_set_the_longest_stable_step(coarse_body, stiffness, damping, longer, grows):
+    """The fastest motion of springs or dampers alone, about a posture, dies away or grows."""
+    model, data = coarse_body.model, coarse_body.model.createData()
+    mass = pin.crba(model, data, coarse_body.rest_configuration)
+    mass = np.triu(mass) + np.triu(mass, 1).T
+    joints = np.r_[np.zeros(6), np.ones(model.nv - 6)]
+    spring, damper = stiffness * joints, damping * joints
+    step = longer / SAFETY * stable_step(mass, spring, damper)
+    rate = np.linalg.eigvals(np.linalg.solve(mass, np.diag(spring + damper)))
+    assert step * max(abs(rate)) ** (0.5 if stiffness else 1.0) == pytest.approx(
+        longer * 2.8, rel=0.02
+    )
+    free = pin.Model()
+    for _ in range(model.nv):
+        free.addJoint(0, pin.JointModelPX(), pin.SE3.Identity(), f"{free.njoints}")
+    q = v = np.random.default_rng(2).normal(size=model.nv)
+
+    def acceleration(time, q, v):
+        return -np.linalg.solve(mass, spring * q + damper * v)
+
+    sizes = []
+    for _ in range(400):
+        q, v = rk4_step(free, acceleration, 0.0, q, v, acceleration(0.0, q, v), step)
+        sizes.append(np.abs(v).max())
+    assert (sizes[-1] > 30 * sizes[0]) == grows
 
 
 @pytest.mark.parametrize(("velocity", "expected"), [

@@ -306,7 +306,7 @@ class Method(Strict):
     time_step_s: Annotated[Finite, Field(gt=0, le=0.02, description="step of the integrator")]
     adaptive_step: Annotated[
         AdaptiveStep | None,
-        Field(description="steps on a rigid lift instead of time_step_s, implicit ones only"),
+        Field(description="steps on a rigid lift instead of time_step_s"),
     ] = None
     record_rate_hz: Annotated[
         Finite, Field(ge=1, le=1000, description="frames kept of each simulated second")
@@ -338,8 +338,6 @@ class Method(Strict):
                 f"integrator is {self.integrator}; accepted: implicit with contact.law foundation, "
                 "rk4 with penalty"
             )
-        if self.adaptive_step and self.integrator != "implicit":
-            raise ValueError("adaptive_step is for integrator implicit; accepted: none with rk4")
         if self.sheet and not self.sheet.contact and self.contact.law == "penalty":
             raise ValueError("sheet.contact is missing; accepted: a law, as contact is penalty")
         return self

@@ -55,12 +55,14 @@ def penalty_forces(
         Deepest d [m].
     deepest : int
         Skin vertex of the deepest contact, −1 without contact.
+    fastest : float
+        Greatest ‖V‖ of any contact [m/s].
     """
     known = np.zeros(vertices.shape[0], np.bool_)
     for i in listed:
         force[i, 0] = force[i, 1] = force[i, 2] = 0.0
         normal_force[i] = 0.0
-    contact_count, depth_max, deepest = 0, 0.0, -1
+    contact_count, depth_max, deepest, fastest = 0, 0.0, -1, 0.0
     for r in range(rows.size):
         point_force[rows[r]] = 0.0
         p = to_world(device_vertices, rows[r], rotation, position)
@@ -80,12 +82,13 @@ def penalty_forces(
         if depth > depth_max:
             depth_max, deepest = depth, i
         v = _relative_velocity(velocities, i, p, position, linear_velocity, angular_velocity)
+        fastest = max(fastest, v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
         normal, back = _law(depth, n, v, stiffness, damping, friction_force, friction_velocity)
         for a in range(3):
             force[i, a] -= back[a]
         normal_force[i] += normal
         point_force[rows[r]] = normal
-    return contact_count, depth_max, deepest
+    return contact_count, depth_max, deepest, np.sqrt(fastest)
 
 
 @njit(inline="always")

@@ -1,6 +1,31 @@
-"""Steps as long as the motion allows."""
+"""Steps as long as motion and stability allow."""
 
 from collections.abc import Callable
+
+import numpy as np
+from scipy.linalg import eigh
+
+RK4_DAMPED, RK4_FREE = 2.785, 2.828
+"""Longest stable step of Runge–Kutta's method of fourth order, times the rate of a decay, and times
+the frequency of an oscillation: where |1 + z + z²/2 + z³/6 + z⁴/24| = 1."""
+
+SAFETY = 0.9
+"""Part of them that is taken: mass matrices change with the posture, if little for light limbs."""
+
+
+def stable_step(mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray) -> float:
+    """Return the longest step that joints allow Runge–Kutta's method [s]: Eq. I4.
+
+    Parameters
+    ----------
+    mass : (nv, nv) float64
+        Mass matrix.
+    stiffness, damping : (nv,) float64
+        Of the joints [N·m/rad, N·m·s/rad].
+    """
+    decay = eigh(np.diag(damping), mass, eigvals_only=True)[-1]
+    frequency = np.sqrt(eigh(np.diag(stiffness), mass, eigvals_only=True)[-1])
+    return SAFETY / max(decay / RK4_DAMPED, frequency / RK4_FREE)
 
 
 class StepLadder:
