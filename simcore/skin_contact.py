@@ -1,13 +1,15 @@
 """Contact of the skin with what is rigid, behind one interface: a lift, or a mattress."""
 
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from simcore.body.build import posed_skin
+from simcore.body.build import Body, posed_skin
 from simcore.body.segments import SEGMENTS
 from simcore.body.skin_listed import (
+    SkinParts,
     blend_listed,
     blend_motion_listed,
     edge_change_rate,
@@ -18,10 +20,12 @@ from simcore.contact.foundation import LOOKED_AHEAD, foundation_forces, release
 from simcore.contact.foundation_energy import foundation_energy, foundation_power
 from simcore.contact.layer import compliance
 from simcore.contact.near_solid import NearSolid
+from simcore.contact.neighbour_grid import DevicePoints, device_points
 from simcore.contact.neighbours import Neighbours
 from simcore.contact.penalty import penalty_forces
 from simcore.contact.tangential import add_parts, add_to_mat, bearing, moved_on_mat
 from simcore.device.motion import DeviceState
+from simcore.device.surface import Surface
 from simcore.dynamics.pinocchio_views import SegmentViews
 from simcore.scene import Scene
 
@@ -147,12 +151,11 @@ class PointContact(_OnSkin):
         skin, law = scene.body.skin, scene.method.contact
         self._rings = skin.ring_offsets, skin.ring_next
         self._device_vertices = scene.surface.contact_points
-        parts = skin_parts(skin, len(SEGMENTS), PART_LENGTH)
-        rest = posed_skin(scene.body, scene.body.rest_configuration)
+        parts, rate = _parts(scene.body)
         self._neighbours = Neighbours(
-            self._device_vertices, skin.influence_offsets, parts.offsets, parts.of_influence,
-            parts.centre, parts.radius, *self._rings,
-            edge_change_rate(skin, rest, parts.of_influence, parts.radius), law.search_radius_m,
+            _device_points(scene.surface), skin.influence_offsets, parts.offsets,
+            parts.of_influence, parts.centre, parts.radius, *self._rings, rate,
+            law.search_radius_m,
         )
         self._law = (
             law.stiffness_n_per_m, law.damping_ns_per_m, law.friction_force_n,
@@ -186,6 +189,19 @@ class PointContact(_OnSkin):
         """Implement `SkinContact.add_mat_impulses`: every point has a force of its own."""
         rows = self._neighbours.rows
         total[rows] += duration * self._point_force[rows]
+
+
+@lru_cache(maxsize=4)
+def _device_points(surface: Surface) -> DevicePoints:
+    return device_points(surface.contact_points)
+
+
+@lru_cache(maxsize=4)
+def _parts(body: Body) -> tuple[SkinParts, np.ndarray]:
+    """Return parts of the skin, and how much edges change as they move (n,)."""
+    parts = skin_parts(body.skin, len(SEGMENTS), PART_LENGTH)
+    rest = posed_skin(body, body.rest_configuration)
+    return parts, edge_change_rate(body.skin, rest, parts.of_influence, parts.radius)
 
 
 class FoundationContact(_OnSkin):

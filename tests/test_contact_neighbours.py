@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from simcore.body.skeleton import segment_placements
 from simcore.body.skin import blend, build_skin, vertex_normals
 from simcore.body.skin_listed import blend_listed, edge_change_rate, segment_balls, skin_parts
+from simcore.contact.neighbour_grid import device_points
 from simcore.contact.neighbours import Neighbours
 from simcore.contact.penalty import penalty_forces
 from simcore.contact.reference import find_penetration
@@ -22,8 +23,8 @@ RADIUS = 0.03
 def lists_of(points, skin, rest, segment_count, radius):
     parts = skin_parts(skin, segment_count, 0.12)
     return Neighbours(
-        points, skin.influence_offsets, parts.offsets, parts.of_influence, parts.centre,
-        parts.radius, skin.ring_offsets, skin.ring_next,
+        device_points(points), skin.influence_offsets, parts.offsets, parts.of_influence,
+        parts.centre, parts.radius, skin.ring_offsets, skin.ring_next,
         edge_change_rate(skin, rest, parts.of_influence, parts.radius), radius,
     )
 

@@ -14,6 +14,11 @@ SKIN_EDGE = 0.03
 result (docs/performance.md)."""
 
 
+CLEARANCE_EDGE, CLEARANCE_MARGIN, CLEARANCE_SHARP, PATCH_EDGE = 0.02, 0.3, 0.04, 0.018
+"""Edge of the clearance grid's cells, its margin around the device, where its bounds are sharp, and
+edge of the device's patches [m]; tuned likewise."""
+
+
 @dataclass(frozen=True, eq=False)
 class ClearanceGrid:
     """Distance from a rigid device on cubic cells, at rest in the device frame.
@@ -118,6 +123,21 @@ def build_patches(vertices: np.ndarray, edge: float) -> Patches:
     distance = np.linalg.norm(vertices - centre[patch], axis=1)
     radius = np.maximum.reduceat(distance[order], offsets[:-1])
     return Patches(offsets, order, centre, radius, (high - low) / 2)
+
+
+@dataclass(frozen=True, eq=False)
+class DevicePoints:
+    """Vertices of a rigid device (N, 3), device frame [m], with what searches around them need."""
+
+    vertices: np.ndarray
+    grid: ClearanceGrid
+    patches: Patches
+
+
+def device_points(vertices: np.ndarray) -> DevicePoints:
+    """Return the vertices of a device (N, 3) [m], ready for searches."""
+    grid = build_clearance_grid(vertices, CLEARANCE_EDGE, CLEARANCE_MARGIN, CLEARANCE_SHARP)
+    return DevicePoints(vertices, grid, build_patches(vertices, PATCH_EDGE))
 
 
 @compiled

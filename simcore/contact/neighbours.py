@@ -11,8 +11,7 @@ import numpy as np
 
 from simcore.compiled import compiled
 from simcore.contact.neighbour_grid import (
-    build_clearance_grid,
-    build_patches,
+    DevicePoints,
     look_up_clearance,
     near_patches,
     to_device,
@@ -27,10 +26,6 @@ again [m]; tuned for time, as is all below, without effect on the result (docs/p
 OUTER_LIFE, INNER_LIFE = 20.0, 20.0
 """Between these, as much as it moves within so many updates."""
 
-CLEARANCE_EDGE, CLEARANCE_MARGIN, CLEARANCE_SHARP, PATCH_EDGE = 0.02, 0.3, 0.04, 0.018
-"""Edge of the clearance grid's cells, its margin around the device, where its bounds are sharp, and
-edge of the device's patches [m]."""
-
 
 SEEN_BEYOND = 0.010
 """Skin is looked at so much beyond the search radius [m], so that patches may keep their rows."""
@@ -41,8 +36,7 @@ class Neighbours:
 
     Parameters
     ----------
-    device_vertices : (N, 3) float64
-        Device frame [m].
+    device : DevicePoints
     influence_offsets : (n + 1,) int64
         Skin as in `simcore.body.skin.Skin`.
     part_offsets, influence_part, part_centre, part_radius
@@ -64,7 +58,7 @@ class Neighbours:
 
     def __init__(
         self,
-        device_vertices: np.ndarray,
+        device: DevicePoints,
         influence_offsets: np.ndarray,
         part_offsets: np.ndarray,
         influence_part: np.ndarray,
@@ -75,15 +69,12 @@ class Neighbours:
         edge_change_rate: np.ndarray,
         search_radius: float,
     ):
-        self._device_vertices = device_vertices
+        self._device_vertices, self._grid = device.vertices, device.grid
         self._influences = influence_offsets, influence_part
         self._rings = ring_offsets, ring_next
         self._search_radius = search_radius
         self._edge_change_rate = edge_change_rate
-        self._grid = build_clearance_grid(
-            device_vertices, CLEARANCE_EDGE, CLEARANCE_MARGIN, CLEARANCE_SHARP
-        )
-        patches = build_patches(device_vertices, PATCH_EDGE)
+        patches = device.patches
         self._patches = (
             patches.offsets, patches.vertex, patches.centre, patches.radius, patches.size
         )
