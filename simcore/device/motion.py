@@ -1,13 +1,12 @@
 """The motion program of a device: keyframes → pose and velocity at any time."""
 
-from bisect import bisect_right
 from dataclasses import dataclass
-from math import cos, sin
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.spatial.transform import Rotation
 
+from simcore.compiled import compiled, inlined
 from simcore.config.motion import MotionProgram
 
 
@@ -59,17 +58,20 @@ class Motion:
         # A still keyframe a second before and after makes the program start and end at rest.
         padded = np.concatenate([[times[0] - 1], times, [times[-1] + 1]])
         spline = PchipInterpolator(padded, np.concatenate([values[:1], values, values[-1:]]))
-        self._breaks = spline.x.tolist()
-        self._coefficients = np.moveaxis(spline.c, 0, -1).tolist()  # piece, coordinate, power
-        self._translation_axis = _unit(program.translation_axis)
-        self._rotation_axis = _unit(program.rotation_axis)
+        rotation_axis = _unit(program.rotation_axis)
         # Rodrigues: 1 + sin α K + (1 − cos α) K², with K x = axis × x.
-        self._cross = np.cross(np.eye(3), self._rotation_axis)
-        square = self._cross @ self._cross
+        cross = np.cross(np.eye(3), rotation_axis)
+        powers = np.eye(3), cross, cross @ cross
         inclination = Rotation.from_rotvec([0, -support_angle, 0]).as_matrix()
         pivot = inclination @ np.array(program.rotation_point_m)
-        self._rotation = inclination, self._cross @ inclination, square @ inclination
-        self._pivot = pivot, self._cross @ pivot, square @ pivot
+        self._program = (
+            spline.x,
+            np.ascontiguousarray(np.moveaxis(spline.c, 0, -1)),  # piece, coordinate, power
+            _unit(program.translation_axis),
+            rotation_axis,
+            np.array([power @ inclination for power in powers]),
+            np.array([power @ pivot for power in powers]),
+        )
         self._last: tuple[float, DeviceState] | None = None
         self.keyframe_times = tuple(times.tolist())
         self.duration = self.keyframe_times[-1]
@@ -78,31 +80,37 @@ class Motion:
         """Return the state at a time [s] after settling; still before 0 and after the end."""
         time = min(max(time, 0.0), self.duration)
         if self._last is None or self._last[0] != time:  # Runge–Kutta asks twice in a row
-            self._last = time, self._state(time)
+            self._last = time, DeviceState(*_state(time, *self._program))
         return self._last[1]
 
-    def _state(self, time: float) -> DeviceState:
-        piece = min(bisect_right(self._breaks, time) - 1, len(self._coefficients) - 1)
-        elapsed = time - self._breaks[piece]
-        (translation, translation_rate), (angle, angle_rate) = (
-            _horner(cubic, elapsed) for cubic in self._coefficients[piece]
-        )
-        sine, versine = sin(angle), 1 - cos(angle)
-        start, first, second = self._rotation
-        pivot, across, back = self._pivot
-        moved = sine * across + versine * back  # of the pivot, were it not held
-        return DeviceState(
-            rotation=start + sine * first + versine * second,
-            position=translation * self._translation_axis - moved,
-            linear_velocity=translation_rate * self._translation_axis
-            - angle_rate * (self._cross @ (pivot + moved)),
-            angular_velocity=angle_rate * self._rotation_axis,
-        )
+
+@compiled
+def _state(time, breaks, coefficients, translation_axis, rotation_axis, rotations, pivots):
+    """Return what `DeviceState` holds, of the motion at a time [s].
+
+    `rotations` (3, 3, 3) and `pivots` (3, 3) are inclination and turning point multiplied by
+    1, K and K² of Rodrigues' formula.
+    """
+    piece = min(np.searchsorted(breaks, time, side="right") - 1, len(coefficients) - 1)
+    elapsed = time - breaks[piece]
+    translation, translation_rate = _horner(coefficients[piece, 0], elapsed)
+    angle, angle_rate = _horner(coefficients[piece, 1], elapsed)
+    sine, versine = np.sin(angle), 1 - np.cos(angle)
+    position, rate = np.empty(3), np.empty(3)
+    for a in range(3):
+        # Of the turning point, were it not held; and of that, what turning does to it.
+        moved = sine * pivots[1, a] + versine * pivots[2, a]
+        position[a] = translation * translation_axis[a] - moved
+        turned = np.cos(angle) * pivots[1, a] + sine * pivots[2, a]
+        rate[a] = translation_rate * translation_axis[a] - angle_rate * turned
+    rotation = rotations[0] + sine * rotations[1] + versine * rotations[2]
+    return rotation, position, rate, angle_rate * rotation_axis
 
 
-def _horner(cubic: list[float], x: float) -> tuple[float, float]:
+@inlined
+def _horner(cubic, x):
     """Return a cubic and its derivative at x; highest power first."""
-    a, b, c, d = cubic
+    a, b, c, d = cubic[0], cubic[1], cubic[2], cubic[3]
     return ((a * x + b) * x + c) * x + d, (3 * a * x + 2 * b) * x + c
 
 
