@@ -90,6 +90,9 @@ class SheetOnSkin:
         self._pressed = np.full(len(net.mass), -1)
         self._direction = np.zeros((len(net.mass), 3))
         self._along, self._across = np.zeros((2, len(net.mass)))
+        # By how much planes lead the skin, and how fast that was an exchange before.
+        self._lead, self._last_velocity = np.zeros((2, len(net.mass), 3))
+        self._step = scene.sling.step
         self._impulse = np.zeros((len(net.mass), 3))
 
     def find(self, sheet: SheetState, skin: np.ndarray, reference: np.ndarray) -> None:
@@ -142,7 +145,7 @@ class SheetOnSkin:
         _set_skin_planes(
             tracker.vertex, tracker.gap, skin, skin_velocity, sheet.position, sheet.velocity,
             duration, planes.normal, planes.active, planes.offset, planes.surface_velocity,
-            planes.anchor, planes.force,
+            planes.anchor, planes.force, self._lead, self._last_velocity,
         )
         if not self._law:
             _press_flesh(
@@ -226,15 +229,19 @@ class SheetOnSkin:
             planes.tangential_damping, self._inertia.local, self._lag, self.touched,
             self.skin_force, self.skin_normal, self.skin_direction, self.skin_along,
             self.skin_across, self._pressed, self._direction, self._along, self._across,
+            self._lead, self._step,
         )
 
 
 @compiled
 def _set_skin_planes(
     vertex, gap, skin, skin_velocity, position, velocity, duration, normal, active, offset,
-    surface_velocity, anchor, force,
+    surface_velocity, anchor, force, lead, last_velocity,
 ):
-    """Give a plane to each sheet vertex that is near the skin, or will be within the duration."""
+    """Give a plane to each sheet vertex that is near the skin, or will be within the duration.
+
+    It moves as the skin will on the mean, v + (v − v of the step before)/2: Eq. S15.
+    """
     for p in range(vertex.size):
         i = vertex[p]
         if i < 0 or gap[p] > tracking.NEAR:
@@ -249,7 +256,9 @@ def _set_skin_planes(
         offset[p] = 0.0
         for a in range(3):
             offset[p] += normal[p, a] * skin[i, a]
-            surface_velocity[p, a] = skin_velocity[i, a]
+            lead[p, a] = 0.5 * (skin_velocity[i, a] - last_velocity[p, a]) if active[p] else 0.0
+            last_velocity[p, a] = skin_velocity[i, a]
+            surface_velocity[p, a] = skin_velocity[i, a] + lead[p, a]
             if not active[p]:
                 anchor[p, a] = position[p, a]
                 force[p, a] = 0.0
@@ -298,11 +307,12 @@ def _press_flesh(
 def _react(
     vertex, force, normal_force, normal, stiffness, damping, tangential_stiffness,
     tangential_damping, inertia, lag, touched_before, skin_force, skin_normal, skin_direction,
-    skin_along, skin_across, pressed, direction, along, across,
+    skin_along, skin_across, pressed, direction, along, across, lead, step,
 ):
     """Write the opposite of the sheet's contact forces on the skin, and their impedances.
 
-    Returns the skin vertices that are touched.
+    Forces are those of a surface that leads the skin; that it does not is Z times the lead
+    (Eqs. S13 and S15). Returns the skin vertices that are touched.
     """
     for i in touched_before:
         skin_normal[i] = skin_along[i] = skin_across[i] = 0.0
@@ -327,8 +337,13 @@ def _react(
         across[p] = z * carried / (z + carried)
         skin_along[i] += along[p]
         skin_across[i] += across[p]
+        out = 0.0
         for a in range(3):
-            skin_force[i, a] -= force[p, a]
+            out += lead[p, a] * normal[p, a]
+        for a in range(3):
+            upward = out * normal[p, a]
+            taken = along[p] * upward + across[p] * (lead[p, a] - upward)
+            skin_force[i, a] += taken / step - force[p, a]
             skin_direction[i, a] = direction[p, a] = normal[p, a]
     return touched[:count].copy()
 
