@@ -1,5 +1,6 @@
 """Friction that sticks (Eq. S6): on an incline, and around a cylinder."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import cos, exp, pi, sin, tan
 
@@ -88,9 +89,14 @@ class Slide:
         return (self.speed[-1] - self.speed[half]) / (self.time[-1] - self.time[half])
 
 
+def short_substeps(sheet: Sheet) -> ExplicitSolver:
+    """Return the solver whose sub-steps need no added inertia of a heavy sheet."""
+    return ExplicitSolver(sheet, SUBSTEP)
+
+
 def slide(
     angle: float,
-    make_solver: type[SheetSolver] = ExplicitSolver,
+    make_solver: Callable[[Sheet], SheetSolver] = short_substeps,
     count: int = 225,
     duration: float = SLIDE_TIME,
     step: float = SLIDE_STEP,
@@ -187,7 +193,7 @@ def pull_over_cylinder() -> Capstan:
     straps, rest = sheet.straps, sheet.net.rest_position
     contact = plane(sheet.net, friction=CAPSTAN_FRICTION)
     contact.anchor[:] = state.position
-    accounts = Accounts(ExplicitSolver(sheet, SUBSTEP), state, contact, STILL_BAR)
+    accounts = Accounts(short_substeps(sheet), state, contact, STILL_BAR)
     # The head strap hangs from the still bar; the foot strap's part of the bar is pulled down.
     pulled = np.array([name == "foot" for name in straps.names])
     step, count, told = 1e-3, 1500, 500
