@@ -93,7 +93,7 @@ SHEET_CONTACT_EQUATIONS = {
 }
 
 GIVEN_BACK = (
-    "Exchange of forces", "Eq. S13",
+    "Exchange of forces", "Eqs. S13, S15",
     "what an implicit step of the body does not take is given back to the sheet",
 )
 
@@ -105,8 +105,8 @@ FLESH = {
 
 SOLVER_EQUATIONS = {
     "explicit": (
-        ("Solver of the sheet", "Eq. S8",
-         "semi-implicit sub-steps; inertia, not weight, is added where they need it"),
+        ("Solver of the sheet", "Eqs. S8, S14",
+         "semi-implicit sub-steps; inertia is added where they need it, not to the whole"),
     ),
     "liu": (
         ("Solver of the sheet", "Eqs. S9–S11",
