@@ -32,6 +32,9 @@ METHOD = Path("designs/methods/production.yaml")
 PITCH, ACROSS = 0.02, 5
 """The block's skin is a square of so many vertices a side [m, 1]."""
 
+STEP = 0.004
+"""[s]"""
+
 PRESSURE = 5e3
 """Of the block on level ground, some of a seated person's mean [Pa]."""
 
@@ -77,7 +80,7 @@ class Block:
     def __init__(self, angle: float, friction: float = INCLINE_FRICTION):
         method, flesh, count = production(), buttock(), ACROSS**2
         law = method.contact
-        self.step, self.friction = method.time_step_s, friction
+        self.step, self.friction = STEP, friction
         self.area = np.full(count, PITCH**2)
         self.mass = PRESSURE * self.area.sum() / GRAVITY
         self.rotation = pin.utils.rotate("y", angle)
