@@ -204,6 +204,16 @@ def _parts(body: Body) -> tuple[SkinParts, np.ndarray]:
     return parts, edge_change_rate(body.skin, rest, parts.of_influence, parts.radius)
 
 
+@lru_cache(maxsize=4)
+def _balls(body: Body) -> tuple[np.ndarray, np.ndarray]:
+    return segment_balls(body.skin, len(SEGMENTS))
+
+
+@lru_cache(maxsize=4)
+def _mat(surface: Surface) -> cKDTree:
+    return cKDTree(surface.contact_points)
+
+
 class FoundationContact(_OnSkin):
     """Flesh pressed by what is rigid or by a mattress: Eqs. C1 to C3.
 
@@ -216,7 +226,7 @@ class FoundationContact(_OnSkin):
         self._field = field.values, field.origin, field.spacing
         self._near = NearSolid(
             *self._field, skin.influence_offsets, skin.influence_segment,
-            *segment_balls(skin, len(SEGMENTS)),
+            *_balls(body),
         )
         law = (_mattress_law if scene.sling else _flesh_law)(scene)
         self._flesh = skin.vertex_area, skin.vertex_area / compliance(*law[:3]), *law
@@ -230,7 +240,7 @@ class FoundationContact(_OnSkin):
         self._slid, self._lag, self._pressed = np.zeros(1), 0.0, self.listed
         self._anchor = np.zeros((body.skin.vertex_count, 3))
         self._closed = np.zeros(body.skin.vertex_count, bool)
-        self._mat = cKDTree(scene.surface.contact_points)
+        self._mat = _mat(scene.surface)
         self._mat_point = np.full(body.skin.vertex_count, -1)
         self._mat_place = np.full((body.skin.vertex_count, 3), np.inf)
         self._mat_step = scene.surface.spacing / 2
