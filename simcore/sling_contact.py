@@ -109,10 +109,6 @@ class SheetOnSkin:
         # What was pressed, and is left, still has to tell what it did not take.
         self.near = np.concatenate([self._tracker.near(), self._pressed[self._pressed >= 0]])
 
-    def slide(self, sheet: SheetState, skin: np.ndarray) -> None:
-        """Let the sheet slide over the skin vertices (n, 3) [m] that it was last found near to."""
-        self._tracker.slide(sheet.position, skin)
-
     @property
     def followed(self) -> np.ndarray:
         """Skin vertices (l,) that carry a plane."""

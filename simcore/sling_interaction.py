@@ -26,10 +26,6 @@ LANDMARKS, LANDMARK_RADIUS = ("pelvis", "thoracic"), 0.1
 under each at the start [m]."""
 
 
-WALK_EVERY = 2
-"""Exchanges after which sheet vertices look for other skin vertices and normals. In the one between
-skin turns by less than half a degree, and sheets slide by millimetres."""
-
 DASHPOTS_EVERY = 8
 """Exchanges for which the heat of springs and straps is taken from one moment: 1 or 2 J of some 400
 in the shipped slings. To look at all springs costs as much as a sub-step."""
@@ -71,20 +67,18 @@ class SlingInteraction(Interaction):
             self._steps += 1
             return
         pin.forwardKinematics(self.model, self.data, q, v)
-        exchange = self._steps // self._steps_per_exchange
-        if exchange % WALK_EVERY == 0:
-            self._pose_all()
-            self._on_skin.find(self.sheet, self._skin, q[:3])
+        self._pose_all()
+        self._on_skin.find(self.sheet, self._skin, q[:3])
         segments = self._views
         blend_motion_listed(
             self._on_skin.near, *self._influences, segments.rotations, segments.positions,
             segments.velocities, self._skin, self._skin_velocity,
         )
-        if exchange % WALK_EVERY:
-            self._on_skin.slide(self.sheet, self._skin)
         self._on_skin.give_back(self.sheet, self._skin_velocity)
         self._on_skin.set_planes(self.sheet, self._skin, self._skin_velocity, self._step)
-        self._on_skin.refuse_passing(exchange * self._step)
+        self._on_skin.refuse_passing(
+            self._steps // self._steps_per_exchange * self._step
+        )
         reaction = self._solver.advance(self.sheet, self._step, self._on_skin.planes, moved)
         self._on_skin.press(reaction.contact)
         self._spend_by_sheet(reaction.spent, moved)
@@ -162,7 +156,6 @@ class SlingInteraction(Interaction):
         tangential: np.ndarray,
     ) -> None:
         """Add the opposite of those on sheet vertices to the skin under their tiles [N s]."""
-        self._pose_all()
         self._on_skin.spread(
             point_normal, point_tangential, self.sheet.position, self._skin, normal, tangential
         )

@@ -84,13 +84,6 @@ class SurfaceTracker:
                 self.gap,
             )
 
-    def slide(self, points: np.ndarray, vertices: np.ndarray) -> None:
-        """Take the gaps of near points again, which keep their skin vertices and normals.
-
-        For a time in which the skin hardly turns, between two calls of `update`.
-        """
-        _slide(points, vertices, self.vertex, self.normal, self.gap)
-
     def near(self) -> np.ndarray:
         """Return the skin vertices (l,) that points within NEAR follow."""
         return _followed(self.vertex, self.gap)
@@ -170,19 +163,6 @@ def _follow(points, vertices, ring_offsets, ring_next, clear, way, vertex, norma
         normal[p, 0], normal[p, 1], normal[p, 2] = nx, ny, nz
         gap[p] = (nx * (x - vertices[i, 0]) + ny * (y - vertices[i, 1])
                   + nz * (z - vertices[i, 2]))
-
-
-@compiled
-def _slide(points, vertices, vertex, normal, gap):
-    """Write the distances of near points from their tangent planes."""
-    for p in range(points.shape[0]):
-        i = vertex[p]
-        if i < 0 or gap[p] > NEAR:
-            continue
-        out = 0.0
-        for a in range(3):
-            out += normal[p, a] * (points[p, a] - vertices[i, a])
-        gap[p] = min(out, NEAR)
 
 
 @compiled
