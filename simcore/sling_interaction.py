@@ -76,9 +76,7 @@ class SlingInteraction(Interaction):
         )
         self._on_skin.give_back(self.sheet, self._skin_velocity)
         self._on_skin.set_planes(self.sheet, self._skin, self._skin_velocity, self._step)
-        self._on_skin.refuse_passing(
-            self._steps // self._steps_per_exchange * self._step
-        )
+        self._on_skin.refuse_passing(self._steps // self._steps_per_exchange * self._step)
         reaction = self._solver.advance(self.sheet, self._step, self._on_skin.planes, moved)
         self._on_skin.press(reaction.contact)
         self._spend_by_sheet(reaction.spent, moved)

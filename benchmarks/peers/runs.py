@@ -17,7 +17,7 @@ from simcore.pressure import SensorCells
 from simcore.scene import Scene
 from simcore.simulate import simulate
 
-STEP = 0.004  # [s] of all: that of the method production
+STEP = 0.004  # [s]
 LIFT_TIME, CLOTH_TIME = 1.5, 1.0  # [s] simulated
 WINDOW = 10  # last steps, over which forces are averaged: a recorded frame of simcore
 

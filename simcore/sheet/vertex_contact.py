@@ -2,7 +2,7 @@
 
 All loops run over the whole grid, without a branch, over arrays of one dimension and with unsigned
 indices, so that compilers vectorise them: a vertex that touches nothing costs as much as one that
-does, a thirtieth of what it cost by itself.
+does, a seventh of what it cost by itself.
 """
 
 import numpy as np
