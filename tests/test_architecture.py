@@ -11,7 +11,7 @@ SOURCES = sorted(PACKAGE.rglob("*.py"))
 SCRIPTS = sorted((ROOT / "workflow").rglob("*.py"))
 
 SIBLINGS = ("body", "device", "contact", "dynamics", "sheet")
-KERNELS = {"compiled", "fused", "inlined"}
+KERNELS = {"compiled", "fused", "inlined", "reassociated"}
 FOUNDATION = {"errors", "cache", "compiled", "config"}
 JOINTS = ("scene", "skin_contact", "joint_torque", "interaction", "sling_contact",
           "sling_interaction", "recorder", "simulate", "joint_metrics", "region_metrics", "metrics",

@@ -90,6 +90,23 @@ def _leaving(depth, approach, k, h, zero):
     return k * (now * now - then * then)
 
 
+@inlined
+def _act(
+    p, qx, qy, qz, ux, uy, uz, rate, h, half, fx, fy, fz, vx, vy, vz, bx, by, bz, ix, iy, iz, lost,
+):
+    """Let a force act on vertex p, and tell what the sub-step takes out of its motion (Eq. E5)."""
+    lost[p] += half * h * (
+        qx * (ux + rate * qx - bx[p]) + qy * (uy + rate * qy - by[p])
+        + qz * (uz + rate * qz - bz[p]))
+    fx[p], fy[p], fz[p] = qx, qy, qz
+    vx[p] += rate * qx
+    vy[p] += rate * qy
+    vz[p] += rate * qz
+    ix[p] += h * qx
+    iy[p] += h * qy
+    iz[p] += h * qz
+
+
 @fused
 def _sticking(
     law, tie, force, sums, gx, gy, gz, position, velocity, before, mobility, coefficient, time, h,
@@ -159,18 +176,11 @@ def _sticking(
         qx = qx if closed else zero
         qy = qy if closed else zero
         qz = qz if closed else zero
-        work = half * h * (
-            qx * (ux + rate * qx - bx[p]) + qy * (uy + rate * qy - by[p])
-            + qz * (uz + rate * qz - bz[p]))
-        loss += work
         lost[p] += loss if closed else zero
-        fx[p], fy[p], fz[p] = qx, qy, qz
-        vx[p] += rate * qx
-        vy[p] += rate * qy
-        vz[p] += rate * qz
-        ix[p] += h * qx
-        iy[p] += h * qy
-        iz[p] += h * qz
+        _act(
+            p, qx, qy, qz, ux, uy, uz, rate, h, half, fx, fy, fz, vx, vy, vz, bx, by, bz, ix, iy,
+            iz, lost,
+        )
         anchor_x, anchor_y, anchor_z = anchor_x + slip_x, anchor_y + slip_y, anchor_z + slip_z
         ax[p] = anchor_x if closed else tied_x
         ay[p] = anchor_y if closed else tied_y
@@ -215,15 +225,9 @@ def _viscous(
         qx = qx if closed else zero
         qy = qy if closed else zero
         qz = qz if closed else zero
-        work = half * h * (
-            qx * (ux + rate * qx - bx[p]) + qy * (uy + rate * qy - by[p])
-            + qz * (uz + rate * qz - bz[p]))
-        loss = half * h * h * k[p] * w * w + work
+        loss = half * h * h * k[p] * w * w
         lost[p] += loss if closed else zero
-        fx[p], fy[p], fz[p] = qx, qy, qz
-        vx[p] += rate * qx
-        vy[p] += rate * qy
-        vz[p] += rate * qz
-        ix[p] += h * qx
-        iy[p] += h * qy
-        iz[p] += h * qz
+        _act(
+            p, qx, qy, qz, ux, uy, uz, rate, h, half, fx, fy, fz, vx, vy, vz, bx, by, bz, ix, iy,
+            iz, lost,
+        )
