@@ -4,8 +4,7 @@ import numpy as np
 from scipy.sparse import csc_array, csr_array
 from scipy.spatial import cKDTree
 
-FRAMES_AT_ONCE = 32
-"""Of whose forces there are copies at a time; in so few much the same skin is pressed."""
+from simcore.compiled import compiled
 
 
 class SensorCells:
@@ -43,47 +42,56 @@ class SensorCells:
         weights = np.concatenate([weight, weight, np.ones(count)])
         sums = csr_array((weights, (rows, columns)), shape=(count, count))
         self._operator = csc_array(sums.multiply(1 / (sums @ vertex_area)[:, None]))
+        self._sums = np.zeros((count, 3))
 
     def pressure(self, normal_force: np.ndarray) -> np.ndarray:
         """Return pressure [Pa] of normal forces [N]; (n,) or (T, n)."""
         force = np.atleast_2d(normal_force)
         bearing = np.flatnonzero(force.any(axis=0))
-        cells, mean = self._mean(bearing, force[:, bearing].T)
+        part = self._operator[:, bearing].tocsr()
+        cells = np.flatnonzero(np.diff(part.indptr))
         found = np.zeros(force.shape)
-        found[:, cells] = mean.T
+        found[:, cells] = (part[cells] @ np.ascontiguousarray(force[:, bearing].T, dtype=float)).T
         return found.reshape(np.shape(normal_force))
 
     def shear(self, tangential_force: np.ndarray, bearing: np.ndarray | None = None) -> np.ndarray:
-        """Return the size (..., n) [Pa] of tangential forces, averaged as vectors: Eq. P3.
+        """Return the size (n,) [Pa] of tangential forces (k, 3) [N] averaged as vectors: Eq. P3.
 
         Skin that is pulled both ways within a cell is not sheared as a whole.
 
         Parameters
         ----------
-        tangential_force : (n, 3) or (T, k, 3)
-            [N]
-        bearing : (k,) int, optional
-            Vertices that the latter are of; unless told, all.
+        bearing : (k,) int64, optional
+            Vertices that they act on; unless told, all.
         """
-        force = tangential_force if tangential_force.ndim == 3 else tangential_force[None]
-        bearing = np.arange(force.shape[1]) if bearing is None else bearing
-        found = np.zeros((len(force), self._operator.shape[0]), tangential_force.dtype)
-        for start in range(0, len(force), FRAMES_AT_ONCE):
-            part = force[start : start + FRAMES_AT_ONCE]
-            borne = np.flatnonzero(part.any(axis=(0, 2)))
-            columns = np.moveaxis(part[:, borne], 1, 0).reshape(len(borne), 3 * len(part))
-            cells, mean = self._mean(bearing[borne], columns)
-            mean = mean.reshape(len(cells), len(part), 3)
-            found[start : start + FRAMES_AT_ONCE, cells] = np.sqrt(
-                np.einsum("itj,itj->ti", mean, mean)
-            )
-        return found if tangential_force.ndim == 3 else found[0]
+        bearing = np.arange(self._operator.shape[1]) if bearing is None else bearing
+        operator = self._operator
+        size = np.zeros(operator.shape[0], np.float32)
+        _write_mean_size(
+            bearing, tangential_force, operator.indptr, operator.indices, operator.data,
+            self._sums, size,
+        )
+        return size
 
-    def _mean(self, bearing: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return cells (m,) that read anything, and force per area (m, c) of forces (k, c)."""
-        part = self._operator[:, bearing].tocsr()
-        cells = np.flatnonzero(np.diff(part.indptr))
-        return cells, part[cells] @ np.ascontiguousarray(force, dtype=float)
+
+@compiled
+def _write_mean_size(bearing, force, starts, cells, weights, sums, size):
+    """Write the length of each cell's weighted sum (n,) of vectors (k, 3), by columns.
+
+    `sums` (n, 3) is zero, and left so; cells that nothing bears on keep their size.
+    """
+    for k in range(bearing.size):
+        x, y, z = force[k, 0], force[k, 1], force[k, 2]
+        for e in range(starts[bearing[k]], starts[bearing[k] + 1]):
+            sums[cells[e], 0] += weights[e] * x
+            sums[cells[e], 1] += weights[e] * y
+            sums[cells[e], 2] += weights[e] * z
+    for k in range(bearing.size):
+        for e in range(starts[bearing[k]], starts[bearing[k] + 1]):
+            x, y, z = sums[cells[e], 0], sums[cells[e], 1], sums[cells[e], 2]
+            if x != 0.0 or y != 0.0 or z != 0.0:
+                size[cells[e]] = np.sqrt(x * x + y * y + z * z)
+                sums[cells[e], 0] = sums[cells[e], 1] = sums[cells[e], 2] = 0.0
 
 
 class SensorMat:

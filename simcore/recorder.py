@@ -232,19 +232,17 @@ class Recorder:
     def _forces(self) -> dict[str, np.ndarray]:
         """Return what skin and mat bore in each frame, read for all frames at once."""
         skins, normals, tangentials, mats, on_mats = zip(*self._borne, strict=True)
-        skin, column = _told(skins, len(self._normal))
         mat, place = _told(mats, len(self._mat_normal))
         frames = len(self._frames)
-        normal_force = np.zeros((frames, len(self._normal)), np.float32)
-        tangential = np.zeros((frames, len(skin), 3), np.float32)
+        normal_force, shear = np.zeros((2, frames, len(self._normal)), np.float32)
         on_mat = np.zeros((frames, len(mat)), np.float32)
         for frame in range(frames):
             normal_force[frame, skins[frame]] = normals[frame]
-            tangential[frame, column[skins[frame]]] = tangentials[frame]
+            shear[frame] = self._cells.shear(tangentials[frame], skins[frame])
             on_mat[frame, place[mats[frame]]] = on_mats[frame]
         return {
             "normal_force": normal_force,
-            "shear": self._cells.shear(tangential, skin),
+            "shear": shear,
             "mat_pressure": self._mat.pressure(on_mat, mat).astype(np.float32),
         }
 

@@ -4,10 +4,10 @@ from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from simcore.body.build import Body, posed_skin
 from simcore.body.segments import SEGMENTS
+from simcore.body.skin_clusters import skin_clusters
 from simcore.body.skin_listed import (
     SkinParts,
     blend_listed,
@@ -20,7 +20,12 @@ from simcore.contact.foundation import LOOKED_AHEAD, foundation_forces, release
 from simcore.contact.foundation_energy import foundation_energy, foundation_power
 from simcore.contact.layer import compliance
 from simcore.contact.near_solid import NearSolid
-from simcore.contact.neighbour_grid import DevicePoints, device_points
+from simcore.contact.neighbour_grid import (
+    DevicePoints,
+    device_points,
+    nearest_within,
+    sort_into_cells,
+)
 from simcore.contact.neighbours import Neighbours
 from simcore.contact.penalty import penalty_forces
 from simcore.contact.tangential import add_parts, add_to_mat, bearing, moved_on_mat
@@ -34,8 +39,9 @@ FREE_MOTION = 4.0
 sake of joints at the ends of their ranges, and of limbs that meet."""
 
 
-PART_LENGTH = 0.12
-"""Length of the parts of the skin whose motions are told apart [m]; tuned for time."""
+PART_LENGTH, CLUSTER_SIZE = 0.12, 32
+"""Length of the parts of the skin whose motions are told apart [m], and vertices of its clusters at
+most; tuned for time."""
 
 
 class SkinContact(Protocol):
@@ -205,13 +211,17 @@ def _parts(body: Body) -> tuple[SkinParts, np.ndarray]:
 
 
 @lru_cache(maxsize=4)
-def _balls(body: Body) -> tuple[np.ndarray, np.ndarray]:
-    return segment_balls(body.skin, len(SEGMENTS))
+def _near_shapes(body: Body) -> tuple[tuple[np.ndarray, ...], np.ndarray, np.ndarray]:
+    """Return clusters of the skin, and centre (m, 3) and radius (m,) of its segments [m]."""
+    count = len(SEGMENTS)
+    clusters = vars(skin_clusters(body.skin, count, CLUSTER_SIZE)).values()
+    return tuple(clusters), *segment_balls(body.skin, count)
 
 
 @lru_cache(maxsize=4)
-def _mat(surface: Surface) -> cKDTree:
-    return cKDTree(surface.contact_points)
+def _mat(surface: Surface) -> tuple[np.ndarray, ...]:
+    points = surface.contact_points
+    return sort_into_cells(points, np.arange(len(points)))
 
 
 class FoundationContact(_OnSkin):
@@ -224,10 +234,7 @@ class FoundationContact(_OnSkin):
         super().__init__(scene)
         body, skin, field = scene.body, scene.body.skin, scene.distance
         self._field = field.values, field.origin, field.spacing
-        self._near = NearSolid(
-            *self._field, skin.influence_offsets, skin.influence_segment,
-            *_balls(body),
-        )
+        self._near = NearSolid(*self._field, self._influences, *_near_shapes(body))
         law = (_mattress_law if scene.sling else _flesh_law)(scene)
         self._flesh = skin.vertex_area, skin.vertex_area / compliance(*law[:3]), *law
         carrier = scene.sling.bed if scene.sling else scene.method.contact
@@ -248,9 +255,7 @@ class FoundationContact(_OnSkin):
 
     def evaluate(self, segments: SegmentViews, device: DeviceState, lag: float) -> None:
         """Implement `SkinContact.evaluate`."""
-        self._near.update(
-            segments, device, LOOKED_AHEAD * lag, self._pose(segments), self.points
-        )
+        self._near.update(segments, device, LOOKED_AHEAD * lag)
         before, self.listed = self.listed, self._near.listed
         release(
             before, self.listed, self._flesh[1], self.normal_force, self._closed, self._stretch,
@@ -309,7 +314,8 @@ class FoundationContact(_OnSkin):
             self._mat_place,
         )
         if len(moved):
-            _, self._mat_point[moved] = self._mat.query(self._mat_place[moved])
+            _, nearest = nearest_within(*self._mat, self._mat_place, moved, np.inf)
+            self._mat_point[moved] = nearest
         add_to_mat(pressed, self._mat_point, normal, total)
 
 

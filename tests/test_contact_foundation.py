@@ -1,20 +1,15 @@
 """Foundation contact on solids whose distance is known, against its own law and its derivatives."""
 
 from math import atan, cos, degrees, radians, sin
-from types import SimpleNamespace
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pressed_skin import AREA, D, E, Skin, half_space
+from pressed_skin import AREA, D, E, Skin
 
 from simcore.body.tissue import Tissue, linear_pressure, stiffening_pressure
-from simcore.contact import near_solid
 from simcore.contact.layer import SHEAR_SHARE
-from simcore.contact.near_solid import NearSolid
-from simcore.device.motion import STILL
 
 varied = settings(max_examples=40, deadline=None)
 
@@ -142,43 +137,3 @@ def test_a_held_block_does_not_creep():
     late, speed = slide(0.9 * atan(0.45), 0.45, 60.0, 0.01)
     assert abs(late - early) < 1e-9 and abs(speed) < 1e-12
     assert 1e-3 < late < 3e-3  # the flesh shears; as it was let go suddenly, it slipped once
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_no_vertex_touches_unseen(seed, monkeypatch):
-    """Two segments of skin in random motion over a solid: listed is all that touches or would, as
-    it moves now, within the lag; and lists last for many steps."""
-    monkeypatch.setattr(near_solid, "OUTER_REACH", 0.02)  # less than these segments are wide
-    rng = np.random.default_rng(seed)
-    step, lag = 0.004, 0.003
-    local = rng.uniform(-0.1, 0.1, (300, 3))
-    of = np.repeat([0, 1], 150)
-    centre = np.array([local[of == j].mean(axis=0) for j in (0, 1)])
-    radius = np.array([np.linalg.norm(local[of == j] - centre[j], axis=1).max() for j in (0, 1)])
-    near = NearSolid(*half_space(), np.arange(301), of, centre, radius)
-    skin = SimpleNamespace(
-        rotations=np.tile(np.eye(3), (2, 1, 1)), velocities=np.zeros((2, 6)),
-        positions=np.array([[0, 0, 0.12], [0, 0, 0.25]]),
-    )
-    vertices = np.zeros((300, 3))
-
-    def pose(indices):
-        vertices[indices] = world[indices]
-
-    touched = 0
-    for k in range(400):
-        twist = rng.normal(scale=0.05, size=(2, 6)) + np.sin(0.05 * k) * np.array([[0, 0, -0.3]*2])
-        for j in (0, 1):
-            move = pin.exp6(pin.Motion(step * twist[j]))
-            skin.positions[j] += skin.rotations[j] @ move.translation
-            skin.rotations[j] = skin.rotations[j] @ move.rotation
-        skin.velocities[:] = twist
-        world = np.einsum("nij,nj->ni", skin.rotations[of], local) + skin.positions[of]
-        near.update(skin, STILL, lag, pose, vertices)
-        down = -np.einsum("nj,nj->n", skin.rotations[of][:, 2],
-                          twist[of, :3] + np.cross(twist[of, 3:], local))
-        touches = world[:, 2] <= lag * down
-        assert set(np.flatnonzero(touches)) <= set(near.listed)
-        touched += np.count_nonzero(touches)
-    assert touched > 1000 and len(near.listed) < 300
-    assert 1 < near.rebuilds < 100

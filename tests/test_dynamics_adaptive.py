@@ -1,6 +1,5 @@
 """Steps as long as motion and stability allow (Eqs. I3 and I4)."""
 
-from types import SimpleNamespace
 
 import numpy as np
 import pinocchio as pin
@@ -8,13 +7,12 @@ import pytest
 from conftest import MAN, ROOT
 from hypothesis import given
 from hypothesis import strategies as st
-from pressed_skin import Skin, half_space
+from pressed_skin import Skin
 from scipy.spatial.transform import Rotation
 
 from simcore.body.build import posed_skin
 from simcore.body.skin_listed import segment_balls
 from simcore.config import Design, Method, read_design
-from simcore.contact.near_solid import NearSolid
 from simcore.contact.segment_motion import skin_speeds
 from simcore.device.motion import STILL, DeviceState
 from simcore.dynamics.adaptive import SAFETY, StepLadder, stable_step
@@ -91,29 +89,6 @@ def test_what_touches_or_will_sets_the_pace(velocity, expected):
     skin.motion = 0.005
     skin.evaluate(0.002)
     assert skin.pace == pytest.approx(expected, rel=1e-4)
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_no_skin_moves_farther_than_told_within_the_pace(seed):
-    """Free segments over a plane: a point moves no farther than allowed, or than it was away."""
-    rng = np.random.default_rng(seed)
-    local, of = rng.uniform(-0.1, 0.1, (200, 3)), np.repeat([0, 1], 100)
-    centre = np.array([local[of == j].mean(axis=0) for j in (0, 1)])
-    radius = np.array([np.linalg.norm(local[of == j] - centre[j], axis=1).max() for j in (0, 1)])
-    near = NearSolid(*half_space(), np.arange(201), of, centre, radius)
-    skin = SimpleNamespace(
-        rotations=np.tile(np.eye(3), (2, 1, 1)), velocities=rng.normal(size=(2, 6)),
-        positions=np.array([[0, 0, 0.1], [0, 0, 0.27]]),
-    )
-    world = local + skin.positions[of]
-    vertices = world.copy()
-    near.update(skin, STILL, 0.01, lambda indices: None, vertices)
-    motion = 0.02
-    pace = near.pace(skin, STILL, motion)
-    velocity = skin.velocities[of, :3] + np.cross(skin.velocities[of, 3:], local)
-    way = pace * np.linalg.norm(velocity, axis=1)
-    assert np.all(way <= np.maximum(motion, world[:, 2]) * (1 + 1e-6))
-    assert pace > 0.2 * motion / np.linalg.norm(velocity, axis=1).max()
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -17,8 +17,8 @@ from simcore.cache import cache_folder, cached_arrays, content_key
 
 # Modules that use a finished body; any other module of this package may change what is cached.
 CONSUMERS = {
-    "__init__", "build", "capsules", "describe", "flesh", "posture", "reach", "skin_listed",
-    "tissue",
+    "__init__", "build", "capsules", "describe", "flesh", "posture", "reach", "skin_clusters",
+    "skin_listed", "tissue",
 }
 
 

@@ -2,55 +2,63 @@
 
 import numpy as np
 
-from simcore.compiled import compiled
-from simcore.contact.distance_lookup import distance_and_gradient, seen_from, way_to_touch
-from simcore.contact.segment_motion import motion_bound, skin_speeds, write_relative
+from simcore.compiled import compiled, inlined
+from simcore.contact.distance_lookup import distance_and_gradient, way_to_touch
+from simcore.contact.segment_motion import (
+    cluster_ball,
+    motion_bound,
+    skin_speeds,
+    write_relative,
+)
 
-OUTER_REACH = 0.05
-"""Vertices nearer to the solid than this are looked at when the list is made anew [m]."""
+REACH, HEADWAY = 0.004, 2.0
+"""Of what is nearer to the solid than this [m], and so many times the way the skin of its segment
+makes in the time looked ahead, it is asked at every step whether it can touch. Tuned for time; of
+the result they change no more than what Eq. I3 is told of clearances."""
 
-INNER_REACH, HEADWAY = 0.004, 2.0
-"""Of what is nearer than this [m], and so many times the way the skin of its segment makes in the
-time looked ahead, it is asked at every step whether it can touch. Tuned for time, as is
-`OUTER_REACH`; of the result they change no more than what Eq. I3 is told of clearances."""
 
 
 class NearSolid:
     """The list of the skin vertices that may touch a solid, or will within a time.
 
-    It is drawn from two tiers, each of which lasts until something may have come near unseen.
+    Of every cluster of the skin, and of every vertex in those that are near, it knows a bound of
+    the way to the solid. What the skin has moved since is taken off it, and only where too little
+    is left the distance is looked up again: when something may have come near unseen.
 
     Parameters
     ----------
     values, origin, spacing
         Distance of the solid, in its frame (`simcore.contact.distance_lookup`).
-    influence_offsets, influence_segment
-        Of the skin, as in `simcore.body.skin.Skin`.
+    influences : tuple of array
+        Offsets, segment, weight and point, as in `simcore.body.skin.Skin`.
+    clusters : tuple of array
+        As `simcore.body.skin_clusters.SkinClusters` has them.
     segment_centre, segment_radius : (m, 3), (m,) float64
         A ball around the skin of each segment, in its frame [m].
 
     Attributes
     ----------
-    listed : (l,) int64
-    rebuilds : int
-        Of the outer tier: looks at all of the skin.
+    listed : (l,) int64, sorted
+    looks : int
+        How often distances were looked up again.
     """
 
     def __init__(
-        self, values, origin, spacing, influence_offsets, influence_segment, segment_centre,
+        self, values, origin, spacing, influences: tuple, clusters: tuple, segment_centre,
         segment_radius,
     ):
-        count = len(influence_offsets) - 1
-        skin = influence_offsets, influence_segment, segment_centre, segment_radius
-        self._all = np.arange(count)
-        self._balls = skin[2:]
-        field = values, origin, spacing
-        self._outer, self._inner = _Tier(field, skin), _Tier(field, skin)
-        self._ways, self._spent = np.empty((2, len(segment_radius)))
-        self.listed = self._all[:0]
-        self.rebuilds = 0
+        self._field = values, origin, spacing
+        self._influences, self._clusters = influences, clusters
+        self._balls = segment_centre, segment_radius
+        segments = len(segment_radius)
+        self._ways, self._spent, self._clearance = np.zeros((3, segments))
+        self._pose, self._allowance = np.zeros((segments, 3, 4)), np.full(segments, -1.0)
+        self._gap, self._bound = np.zeros(len(clusters[0]) - 1), np.zeros(len(influences[0]) - 1)
+        self._is_near = np.zeros(len(self._gap), bool)
+        self._near = self.listed = np.empty(0, np.int64)
+        self.looks = 0
 
-    def update(self, segments, device, ahead: float, pose, vertices: np.ndarray) -> None:
+    def update(self, segments, device, ahead: float) -> None:
         """Make the list valid for the present poses, and for a time from now.
 
         Parameters
@@ -60,102 +68,51 @@ class NearSolid:
         device : DeviceState
         ahead : float
             No skin vertex that would touch within this time, as it moves now, is left out [s].
-        pose : callable
-            Writes given skin vertices into `vertices`.
-        vertices : (n, 3) float64
-            Skin in the world, where posed [m].
         """
         at = segments.rotations, segments.positions, device.rotation, device.position
-        inner, outer = self._inner, self._outer
-        outer_stale, inner_stale = _stale(
+        if _stale(
             *at, segments.velocities, device.linear_velocity, device.angular_velocity,
-            *self._balls, ahead, outer.pose, outer.allowance, inner.pose, inner.allowance,
-            self._ways, self._spent,
-        )
-        if outer_stale:
-            outer.look(self._all, at, OUTER_REACH + HEADWAY * self._ways, pose, vertices)
-            inner.take(outer)
-            self.rebuilds += 1
-        if outer_stale or inner_stale:
-            inner.look(outer.near, at, INNER_REACH + HEADWAY * self._ways, pose, vertices)
+            *self._balls, ahead, self._pose, self._allowance, self._ways, self._spent,
+        ):
+            near = _look(
+                *at, *self._balls, *self._clusters, *self._influences, *self._field,
+                REACH + HEADWAY * self._ways, self._pose, self._gap, self._is_near, self._bound,
+                self._clearance, self._allowance,
+            )
+            self._near = np.sort(near)  # as they lie in memory
             self._spent[:] = self._ways
-        self.listed = inner.touchable(self._spent)
+            self.looks += 1
+        self.listed = _touchable(self._near, self._bound, *self._influences[:2], self._spent)
 
     def pace(self, segments, device, motion: float) -> float:
         """Return the time within which no skin moves farther than told, or than it is away [s]."""
-        outer = self._outer
         return _pace(
             segments.rotations, segments.positions, device.rotation, device.position,
             segments.velocities, device.linear_velocity, device.angular_velocity, *self._balls,
-            outer.pose, outer.clearance, motion,
+            self._pose, self._clearance, motion,
         )
-
-
-class _Tier:
-    """The vertices within a reach, until another may touch.
-
-    Of every vertex it knows a bound of the way to the solid. What the skin has moved since is taken
-    off it, and only where too little is left is the distance looked up again.
-    """
-
-    def __init__(self, field: tuple, skin: tuple):
-        self._field, self._influences, self._balls = field, skin[:2], skin[2:]
-        segments = len(skin[3])
-        self._bound, self._moved = np.zeros(len(skin[0]) - 1), np.empty(segments)
-        self.pose = np.zeros((segments, 3, 4))
-        self.allowance = np.full(segments, -1.0)
-        self.clearance = np.zeros(segments)
-        self.used = np.zeros(segments, bool)
-        self.near = np.empty(0, np.int64)
-
-    def take(self, other: "_Tier") -> None:
-        """Know what another tier knows."""
-        self._bound[:], self.pose[:] = other._bound, other.pose
-
-    def look(self, among: np.ndarray, at: tuple, reach: np.ndarray, pose, vertices) -> None:
-        """Find the vertices within the reach of a segment (m,) [m] that they belong to.
-
-        Those that are not among the ones given are far for other reasons. `allowance` is how far
-        each segment's skin may then move until a vertex that is not near touches [m], `used`
-        whether it has one that is.
-        """
-        _move_on(*at, *self._balls, self.pose, self._moved)
-        due = _take_off(among, *self._influences, self._moved, reach, self._bound)
-        pose(due)
-        _look_up(due, vertices, *at[2:], *self._field, self._bound)
-        self.near = _within(
-            among, self._bound, *self._influences, reach, self.clearance, self.used
-        )
-        self.allowance = np.where(self.used, reach, np.maximum(self.clearance, reach))
-        self.clearance[self.used] = 0.0
-
-    def touchable(self, spent: np.ndarray) -> np.ndarray:
-        """Return those near whose segments' skin has come as far as they were away (m,) [m]."""
-        return _touchable(self.near, self._bound, *self._influences, spent)
 
 
 @compiled
 def _stale(
     rotations, positions, rotation, position, velocities, linear_velocity, turn, centre, radius,
-    ahead, outer_pose, outer_allowance, inner_pose, inner_allowance, ways, spent,
+    ahead, pose, allowance, ways, spent,
 ):
-    """Return whether skin outside of each tier may have moved so far as to touch, or will so soon.
+    """Return whether skin that is not near may have moved so far as to touch, or will so soon.
 
     Writes how far each segment's skin goes in the time ahead (m,) [m], and together with what it
-    has moved since the inner tier looked.
+    has moved since the last look.
     """
     now = np.empty((rotations.shape[0], 3, 4))
     write_relative(rotations, positions, rotation, position, now)
     skin_speeds(
         rotations, positions, velocities, position, linear_velocity, turn, centre, radius, ways)
-    outer = inner = False
+    stale = False
     for j in range(now.shape[0]):
         ways[j] *= ahead
-        since = motion_bound(now[j], outer_pose[j], centre[j], radius[j])
-        outer = outer or since + ways[j] > outer_allowance[j]
-        spent[j] = motion_bound(now[j], inner_pose[j], centre[j], radius[j]) + ways[j]
-        inner = inner or spent[j] > inner_allowance[j]
-    return outer, inner
+        spent[j] = motion_bound(now[j], pose[j], centre[j], radius[j]) + ways[j]
+        stale = stale or spent[j] > allowance[j]
+    return stale
 
 
 @compiled
@@ -176,38 +133,79 @@ def _pace(
 
 
 @compiled
-def _move_on(rotations, positions, rotation, position, centre, radius, pose, moved):
-    """Write how far each segment's skin has moved at most (m,) [m], and where it is now."""
-    now = np.empty((rotations.shape[0], 3, 4))
+def _look(
+    rotations, positions, rotation, position, centre, radius, offsets, members, ball_offsets,
+    ball_segment, ball_centre, ball_weight, ball_spread, ball_radius, influences, segments, weights,
+    points, values, origin, spacing, reach, pose, gap, is_near, bound, clearance, allowance,
+):
+    """Return the vertices within the reach of a segment (m,) [m] that they belong to.
+
+    Writes how far each segment's skin may then move until a vertex that is not near touches, and
+    from how far it is away as a whole (m,) [m].
+    """
+    now, moved = np.empty((rotations.shape[0], 3, 4)), np.empty(reach.size)
     write_relative(rotations, positions, rotation, position, now)
-    for j in range(now.shape[0]):
+    for j in range(reach.size):
         moved[j] = motion_bound(now[j], pose[j], centre[j], radius[j])
         pose[j] = now[j]
+    near, count = np.empty(bound.size, np.int64), 0
+    clearance[:] = np.inf
+    for c in range(gap.size):
+        way, most = _greatest(moved, reach, ball_offsets, ball_segment, c)
+        gap[c] -= way
+        if gap[c] < most:
+            x, y, z, wide = cluster_ball(
+                ball_offsets, ball_segment, ball_centre, ball_weight, ball_spread, ball_radius,
+                pose, c)
+            phi, _, _, _ = distance_and_gradient(values, origin, spacing, x, y, z)
+            gap[c] = way_to_touch(phi, spacing) - wide
+        if gap[c] >= most:
+            is_near[c] = False
+            for e in range(ball_offsets[c], ball_offsets[c + 1]):
+                j = ball_segment[e]
+                clearance[j] = min(clearance[j], gap[c])
+            continue
+        for m in range(offsets[c], offsets[c + 1]):
+            i = members[m]
+            way, most = _greatest(moved, reach, influences, segments, i)
+            # Of a cluster that was far, nothing is known of its vertices.
+            bound[i] = bound[i] - way if is_near[c] else -np.inf
+            if bound[i] < most:
+                x, y, z = _blend(influences, segments, weights, points, pose, i)
+                phi, _, _, _ = distance_and_gradient(values, origin, spacing, x, y, z)
+                bound[i] = way_to_touch(phi, spacing)
+                if bound[i] < most:
+                    near[count] = i
+                    count += 1
+            for e in range(influences[i], influences[i + 1]):
+                j = segments[e]
+                clearance[j] = min(clearance[j], bound[i])
+        is_near[c] = True
+    for j in range(reach.size):
+        allowance[j] = max(clearance[j], reach[j])
+    return near[:count].copy()
 
 
-@compiled
-def _take_off(among, offsets, segments, moved, reach, bound):
-    """Take motions off the bounds of some vertices; return those of which too little is left."""
-    due, count = np.empty(among.size, np.int64), 0
-    for i in among:
-        way = most = 0.0
-        for e in range(offsets[i], offsets[i + 1]):
-            way = max(way, moved[segments[e]])
-            most = max(most, reach[segments[e]])
-        bound[i] -= way
-        if bound[i] < most:
-            due[count] = i
-            count += 1
-    return due[:count].copy()
+@inlined
+def _greatest(moved, reach, offsets, segments, i):
+    """Return the greatest motion and the greatest reach of the segments of row i [m]."""
+    way = most = 0.0
+    for e in range(offsets[i], offsets[i + 1]):
+        way, most = max(way, moved[segments[e]]), max(most, reach[segments[e]])
+    return way, most
 
 
-@compiled
-def _look_up(due, vertices, rotation, position, values, origin, spacing, bound):
-    """Write the ways to the solid of some vertices (n, 3) [m]."""
-    for i in due:
-        x, y, z = seen_from(rotation, position, vertices, i)
-        phi, _, _, _ = distance_and_gradient(values, origin, spacing, x, y, z)
-        bound[i] = way_to_touch(phi, spacing)
+@inlined
+def _blend(offsets, segments, weights, points, pose, i):
+    """Return where vertex i is in the frame of segment poses (m, 3, 4) [m]: Eq. 3."""
+    x = y = z = 0.0
+    for e in range(offsets[i], offsets[i + 1]):
+        j, w = segments[e], weights[e]
+        p, q, r = points[e, 0], points[e, 1], points[e, 2]
+        x += w * (pose[j, 0, 0] * p + pose[j, 0, 1] * q + pose[j, 0, 2] * r + pose[j, 0, 3])
+        y += w * (pose[j, 1, 0] * p + pose[j, 1, 1] * q + pose[j, 1, 2] * r + pose[j, 1, 3])
+        z += w * (pose[j, 2, 0] * p + pose[j, 2, 1] * q + pose[j, 2, 2] * r + pose[j, 2, 3])
+    return x, y, z
 
 
 @compiled
@@ -222,23 +220,3 @@ def _touchable(near, bound, offsets, segments, spent):
             left[count] = i
             count += 1
     return left[:count].copy()
-
-
-@compiled
-def _within(among, bound, offsets, segments, reach, nearest, used):
-    """Return the vertices within reach; write each segment's least bound, and if it has any."""
-    nearest[:] = np.inf
-    used[:] = False
-    near, count = np.empty(among.size, np.int64), 0
-    for i in among:
-        most = 0.0
-        for e in range(offsets[i], offsets[i + 1]):
-            most = max(most, reach[segments[e]])
-        if bound[i] < most:
-            near[count] = i
-            count += 1
-        for e in range(offsets[i], offsets[i + 1]):
-            j = segments[e]
-            nearest[j] = min(nearest[j], bound[i])
-            used[j] = used[j] or bound[i] < most
-    return near[:count].copy()

@@ -178,7 +178,7 @@ def near_patches(skin, chosen, slack, patch_centre, patch_radius, radius):
     offsets[0] = 0
     if chosen.size == 0:
         return patches[:0].copy(), offsets[:1].copy(), patches[:0].copy(), nearest[:0], nearest[:0]
-    low, shape, starts, vertex, point = _sort_into_cells(skin, chosen)
+    low, shape, starts, vertex, point = sort_into_cells(skin, chosen)
     near, square = np.empty(chosen.size + 1, np.int64), np.empty(chosen.size + 1)
     candidates = np.empty(16 * 1024, np.int64)
     most = 0.0
@@ -213,24 +213,25 @@ def near_patches(skin, chosen, slack, patch_centre, patch_radius, radius):
 
 
 @compiled
-def nearest_within(skin, points, chosen, reach):
-    """Return distance [m] and index of the skin vertex nearest to each chosen point.
+def nearest_within(low, shape, starts, vertex, point, points, chosen, reach):
+    """Return distance [m] and index of the sorted vertex nearest to each chosen point.
 
     Parameters
     ----------
-    skin : (n, 3), points : (m, 3) float64
+    low, shape, starts, vertex, point
+        Of `sort_into_cells`.
+    points : (m, 3) float64
         [m]
     chosen : (c,) int64
         Points to answer for.
     reach : float
-        Farther skin is not looked for [m]: infinite, and −1.
+        Farther vertices are not looked for [m]: infinite, and −1.
     """
-    low, shape, starts, vertex, point = _sort_into_cells(skin, np.arange(skin.shape[0]))
-    near, square = np.empty(skin.shape[0] + 1, np.int64), np.empty(skin.shape[0] + 1)
+    near, square = np.empty(vertex.size + 1, np.int64), np.empty(vertex.size + 1)
     distance, nearest = np.full(chosen.size, np.inf), np.full(chosen.size, -1)
     for c in range(chosen.size):
         x, y, z = points[chosen[c], 0], points[chosen[c], 1], points[chosen[c], 2]
-        radius = min(SKIN_EDGE, reach)
+        radius = min(SKIN_EDGE / 2, reach)
         while True:
             count, least = _gather(point, low, shape, starts, x, y, z, radius, near, square)
             if count:
@@ -281,9 +282,18 @@ def _gather(point, low, shape, starts, cx, cy, cz, radius, near, square):
 
 
 @compiled
-def _sort_into_cells(skin, chosen):
-    """Return the chosen skin vertices sorted by cubic cell: lowest corner, shape, cell starts,
-    vertex and position of each."""
+def sort_into_cells(skin, chosen):
+    """Return the chosen vertices (n, 3) sorted by cubic cell.
+
+    Returns
+    -------
+    low : (3,) float64
+        Lowest corner [m].
+    shape : (3,) int64
+    starts : (cells + 1,) int64
+    vertex : (c,) int64, point : (c, 3) float64
+        Cell by cell [m].
+    """
     edge = SKIN_EDGE
     low = np.full(3, np.inf)
     high = np.full(3, -np.inf)

@@ -1,8 +1,8 @@
-"""Bounds of where the skin of a segment may go: between two poses, and as it moves now."""
+"""Bounds of where skin is, and where that of a segment may go: between poses, and as it moves."""
 
 import numpy as np
 
-from simcore.compiled import compiled
+from simcore.compiled import compiled, inlined
 
 
 @compiled
@@ -74,3 +74,34 @@ def skin_speeds(
         size = moving[0] * moving[0] + moving[1] * moving[1] + moving[2] * moving[2]
         spins = spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2]
         speed[j] = np.sqrt(size) + radius[j] * np.sqrt(spins)
+
+
+@inlined
+def cluster_ball(segment_offsets, segments, centre, weight, spread, radius, pose, c):
+    """Return middle and radius (x, y, z, r) [m] of a ball around cluster c: Eq. D4.
+
+    Parameters
+    ----------
+    segment_offsets, segments, centre, weight, spread, radius
+        As in `simcore.body.skin_clusters.SkinClusters`.
+    pose : (m, 3, 4) float64
+        [R | x] of each segment.
+    """
+    x = y = z = wide = 0.0
+    first_x = first_y = first_z = 0.0
+    first = segment_offsets[c]
+    for e in range(first, segment_offsets[c + 1]):
+        j = segments[e]
+        p, q, r = centre[e, 0], centre[e, 1], centre[e, 2]
+        here_x = pose[j, 0, 0] * p + pose[j, 0, 1] * q + pose[j, 0, 2] * r + pose[j, 0, 3]
+        here_y = pose[j, 1, 0] * p + pose[j, 1, 1] * q + pose[j, 1, 2] * r + pose[j, 1, 3]
+        here_z = pose[j, 2, 0] * p + pose[j, 2, 1] * q + pose[j, 2, 2] * r + pose[j, 2, 3]
+        x += weight[e] * here_x
+        y += weight[e] * here_y
+        z += weight[e] * here_z
+        if e == first:
+            first_x, first_y, first_z = here_x, here_y, here_z
+        else:
+            wide += spread[e] * np.sqrt(
+                (here_x - first_x) ** 2 + (here_y - first_y) ** 2 + (here_z - first_z) ** 2)
+    return x, y, z, radius[c] + wide

@@ -9,7 +9,7 @@ the nearest of all vertices.
 import numpy as np
 
 from simcore.compiled import compiled
-from simcore.contact.neighbour_grid import nearest_within
+from simcore.contact.neighbour_grid import nearest_within, sort_into_cells
 from simcore.contact.neighbour_rows import vertex_normal
 
 REACH = 0.1
@@ -92,7 +92,8 @@ class SurfaceTracker:
         """Give each point that is due, and touches nothing, the nearest of all vertices."""
         self._unseen -= self._way
         due = np.flatnonzero((self._unseen < SECOND / 2) & ((self.vertex < 0) | (self.gap > 0)))
-        distance, self.vertex[due] = nearest_within(vertices, points, due, REACH)
+        cells = sort_into_cells(vertices, np.arange(len(vertices)))
+        distance, self.vertex[due] = nearest_within(*cells, points, due, REACH)
         # Another part of the body may be hardly farther than the one that is followed.
         self._unseen[due] = np.where(
             np.isfinite(distance), np.maximum(distance, SECOND), REACH - MARGIN
