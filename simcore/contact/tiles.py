@@ -16,20 +16,19 @@ def spread_by_tiles(
     others out.
     """
     near, weight = np.empty(256, np.int64), np.empty(256)
+    found_by = np.full(area.size, -1)
     for p in range(on_sheet.size):
         i = vertex[p]
         if on_sheet[p] == 0.0 or i < 0:
             continue
-        near[0], count = i, 1
+        near[0], count, found_by[i] = i, 1, p
         first, last = 0, 1
         for _ in range(2):
             for at in range(first, last):
                 for e in range(ring_offsets[near[at]], ring_offsets[near[at] + 1]):
-                    j, known = ring_next[e, 0], False
-                    for k in range(count):
-                        known = known or near[k] == j
-                    if not known and count < near.size:
-                        near[count] = j
+                    j = ring_next[e, 0]
+                    if found_by[j] != p and count < near.size:
+                        near[count], found_by[j] = j, p
                         count += 1
             first, last = last, count
         sum_of = 0.0
