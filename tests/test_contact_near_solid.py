@@ -17,6 +17,12 @@ from simcore.device.motion import STILL
 from simcore.dynamics.pinocchio_views import view_segments
 
 
+class MadeUpSkin(SimpleNamespace):
+    """What of a `Skin` clusters are made of; itself, however equal another may be."""
+
+    __hash__ = object.__hash__
+
+
 class TwoSegments:
     """Points on two segments, each third on both, that move freely."""
 
@@ -31,7 +37,7 @@ class TwoSegments:
         main = self.weights.argmax(axis=1)
         self.local = (local + self.positions[main])[:, None] - self.positions
         owner, segment = np.nonzero(self.weights)
-        skin = SimpleNamespace(
+        skin = MadeUpSkin(
             vertex_count=count, influence_segment=segment,
             influence_offsets=np.concatenate([[0], np.cumsum(np.bincount(owner))]),
             influence_weight=self.weights[owner, segment],
@@ -82,7 +88,7 @@ def test_no_vertex_touches_unseen(seed):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_no_skin_moves_farther_than_told_within_the_pace(seed):
-    """Free segments over a plane: a point moves no farther than allowed, or than it was away."""
+    """Free segments over a plane: a point moves no farther than allowed, or half of its way."""
     rng = np.random.default_rng(seed)
     skin = TwoSegments(rng, 200, 0.1)
     skin.velocities[:] = rng.normal(size=(2, 6))
@@ -90,7 +96,7 @@ def test_no_skin_moves_farther_than_told_within_the_pace(seed):
     motion = 0.02
     pace = skin.near.pace(skin, STILL, motion)
     speed = np.linalg.norm(skin.velocity, axis=1)
-    assert np.all(pace * speed <= np.maximum(motion, skin.world[:, 2]) * (1 + 1e-6))
+    assert np.all(pace * speed <= np.maximum(motion, skin.world[:, 2] / 2) * (1 + 1e-6))
     assert pace > 0.2 * motion / speed.max()
 
 

@@ -85,7 +85,7 @@ class NearSolid:
         self.listed = _touchable(self._near, self._bound, *self._influences[:2], self._spent)
 
     def pace(self, segments, device, motion: float) -> float:
-        """Return the time within which no skin moves farther than told, or than it is away [s]."""
+        """Return the time within which no skin moves farther than told, or half way there [s]."""
         return _pace(
             segments.rotations, segments.positions, device.rotation, device.position,
             segments.velocities, device.linear_velocity, device.angular_velocity, *self._balls,
@@ -120,7 +120,7 @@ def _pace(
     rotations, positions, rotation, position, velocities, linear_velocity, turn, centre, radius,
     pose, clearance, motion,
 ):
-    """Return the least of the segments' times for a motion, or for what is left of a clearance."""
+    """Return the least of the segments' times for a motion, or half of what is left of the way."""
     now, speed = np.empty((rotations.shape[0], 3, 4)), np.empty(rotations.shape[0])
     write_relative(rotations, positions, rotation, position, now)
     skin_speeds(
@@ -128,7 +128,7 @@ def _pace(
     least = np.inf
     for j in range(now.shape[0]):
         left = clearance[j] - motion_bound(now[j], pose[j], centre[j], radius[j])
-        least = min(least, max(left, motion) / speed[j])
+        least = min(least, max(left / 2, motion) / speed[j])
     return least
 
 
