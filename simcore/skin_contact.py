@@ -210,7 +210,6 @@ def _parts(body: Body) -> tuple[SkinParts, np.ndarray]:
     return parts, edge_change_rate(body.skin, rest, parts.of_influence, parts.radius)
 
 
-@lru_cache(maxsize=4)
 def _near_shapes(body: Body) -> tuple[tuple[np.ndarray, ...], np.ndarray, np.ndarray]:
     """Return clusters of the skin, and centre (m, 3) and radius (m,) of its segments [m]."""
     count = len(SEGMENTS)

@@ -1,14 +1,20 @@
 """Contact of a sheet with skin: planes for the sheet, forces for the skin."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from simcore.body.flesh import THICKNESS_SHARE, limb_depth
+from simcore.body.segments import INDEX, SEGMENTS
+from simcore.body.skin_listed import segment_balls
 from simcore.compiled import compiled
 from simcore.contact import tracking
 from simcore.contact.foundation_energy import energy_between
 from simcore.contact.layer import SHEAR_SHARE, STRAIN_MAX
+from simcore.contact.segment_motion import SkinTravel
 from simcore.contact.tangential import add_parts
 from simcore.contact.tiles import spread_by_tiles
+from simcore.dynamics.pinocchio_views import SegmentViews
 from simcore.errors import SimulationError
 from simcore.scene import Scene, segment_of_vertex
 from simcore.sheet.contact import ContactForce, PlaneContact
@@ -64,6 +70,8 @@ class SheetOnSkin:
         self._rings, self._vertex_area = (skin.ring_offsets, skin.ring_next), skin.vertex_area
         self._tile = max(np.sqrt(3 / np.pi * net.spacing.prod()), WINDOW)
         self._tracker = tracking.SurfaceTracker(len(net.mass), skin.ring_offsets, skin.ring_next)
+        self._pelvis = INDEX["pelvis"]
+        self._travel = SkinTravel(*segment_balls(skin, len(SEGMENTS)), self._pelvis)
         self._thickness = scene.flesh.thickness if scene.flesh else limb_depth(scene.body)
         self._room = self._thickness / THICKNESS_SHARE
         self.planes = PlaneContact.empty(len(net.mass))
@@ -95,17 +103,27 @@ class SheetOnSkin:
         self._step = scene.sling.step
         self._impulse = np.zeros((len(net.mass), 3))
 
-    def find(self, sheet: SheetState, skin: np.ndarray, reference: np.ndarray) -> None:
+    def find(
+        self, sheet: SheetState, segments: SegmentViews, skin: np.ndarray,
+        pose: Callable[[np.ndarray], None],
+    ) -> None:
         """Follow the sheet over the skin.
 
         Parameters
         ----------
+        segments : SegmentViews
+            After forward kinematics.
         skin : (n, 3) float64
-            All skin vertices in the world [m].
-        reference : (3,) float64
-            Where the pelvis is [m].
+            Skin vertices in the world, where posed [m].
+        pose : callable
+            Writes given skin vertices (k,) into `skin`.
         """
-        self._tracker.update(sheet.position, skin, reference)
+        self._tracker.update(
+            sheet.position, skin, segments.rotations[self._pelvis],
+            segments.positions[self._pelvis], self._travel.since(segments), pose,
+        )
+        if self._tracker.searched:
+            self._travel.mark(segments)
         # What was pressed, and is left, still has to tell what it did not take.
         self.near = np.concatenate([self._tracker.near(), self._pressed[self._pressed >= 0]])
 

@@ -67,9 +67,10 @@ class SlingInteraction(Interaction):
             self._steps += 1
             return
         pin.forwardKinematics(self.model, self.data, q, v)
-        self._pose_all()
-        self._on_skin.find(self.sheet, self._skin, q[:3])
         segments = self._views
+        self._on_skin.find(
+            self.sheet, segments, self._skin, lambda listed: self._pose(listed, self._skin)
+        )
         blend_motion_listed(
             self._on_skin.near, *self._influences, segments.rotations, segments.positions,
             segments.velocities, self._skin, self._skin_velocity,
@@ -97,10 +98,7 @@ class SlingInteraction(Interaction):
         """Return `energy.STORED` of body, sheet and what is between [J]."""
         of_body = super().stored_energy(q, v, moved)
         on_skin = self._on_skin
-        blend_listed(
-            on_skin.followed, *self._influences, self._views.rotations, self._views.positions,
-            self._shown,
-        )
+        self._pose(on_skin.followed, self._shown)
         solver = self._solver
         of_sheet = stored_energy(solver.sheet, solver.inertia, self.sheet, moved)
         of_sheet[2] += on_skin.stored_energy(self.sheet, self._shown)
@@ -114,10 +112,10 @@ class SlingInteraction(Interaction):
         way, self._bar = points - self._bar, points
         return float((self.strap_force * way).sum()), 0.0
 
-    def _pose_all(self) -> None:
-        """Pose all of the skin where the segments are."""
+    def _pose(self, listed: np.ndarray, vertices: np.ndarray) -> None:
+        """Write skin vertices (l,) where the segments are."""
         blend_listed(
-            self._all, *self._influences, self._views.rotations, self._views.positions, self._skin
+            listed, *self._influences, self._views.rotations, self._views.positions, vertices
         )
 
     def _spend_by_sheet(self, of_planes: np.ndarray, moved: DeviceState) -> None:
@@ -154,8 +152,9 @@ class SlingInteraction(Interaction):
         tangential: np.ndarray,
     ) -> None:
         """Add the opposite of those on sheet vertices to the skin under their tiles [N s]."""
+        self._pose(self._all, self._shown)  # tiles reach farther than what is near the sheet
         self._on_skin.spread(
-            point_normal, point_tangential, self.sheet.position, self._skin, normal, tangential
+            point_normal, point_tangential, self.sheet.position, self._shown, normal, tangential
         )
 
     def sheet_frame(self) -> dict[str, np.ndarray]:

@@ -1,7 +1,5 @@
 """Points followed over closed meshes, against a search over all vertices."""
 
-from itertools import cycle
-
 import numpy as np
 import pytest
 import trimesh
@@ -9,11 +7,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simcore.body.skin import build_skin, vertex_normals
+from simcore.contact.rings import RING
 from simcore.contact.tracking import MARGIN, NEAR, REACH, SurfaceTracker
 
 seeds = st.integers(0, 2**32 - 2)
 varied = settings(max_examples=25, deadline=None)
-ORIGIN = np.zeros(3)
+UNTURNED, ORIGIN = np.eye(3), np.zeros(3)
+
 
 class Mesh:
     """One or more closed meshes as one skin."""
@@ -27,19 +27,29 @@ class Mesh:
         self.rings = skin.ring_offsets, skin.ring_next
         self.normals = vertex_normals(skin, self.vertices)
 
-        self.places = cycle(np.eye(3))
+        self.searched = self.vertices  # where the skin was at the last search
 
     def tracker(self, points):
         tracker = SurfaceTracker(len(points), *self.rings)
         self.update(tracker, points)
         return tracker
 
-    def update(self, tracker, points, reference=ORIGIN):
-        tracker.update(points, self.vertices, reference)
+    def update(self, tracker, points, rotation=UNTURNED, position=ORIGIN, travelled=0.0):
+        """Carry all along with a frame; skin that is not posed is not a number."""
+        travelled += np.linalg.norm(self.vertices - self.searched, axis=1).max()
+        posed = np.full(self.vertices.shape, np.nan)
+
+        def pose(chosen):
+            posed[chosen] = self.vertices[chosen] @ rotation.T + position
+
+        tracker.update(points @ rotation.T + position, posed, rotation, position, travelled, pose)
+        if tracker.searched:
+            self.searched = self.vertices
+        return np.isnan(posed[:, 0]).mean()
 
     def search(self, tracker, points):
-        """Update as seen from a place a metre off: all may have come far, a search is due."""
-        self.update(tracker, points, next(self.places))
+        """Update as if skin could have travelled for a metre: a search is due."""
+        self.update(tracker, points, travelled=1.0)
 
     def distances(self, points):
         """Distance of each point from each vertex, one by one (m, n) [m]."""
@@ -92,6 +102,33 @@ def test_points_outside_follow_the_nearest_vertex(seed, radius):
     assert 50 < hold_to_search(mesh.tracker(points), mesh, points) < 200
 
 
+def test_normals_of_vertices_with_any_number_of_neighbours():
+    """A globe of meridians: at its poles more of them meet than rings have room for."""
+    mesh = Mesh(trimesh.creation.uv_sphere(radius=0.2, count=[16, 24]))
+    points = 1.02 * mesh.vertices
+    tracker = mesh.tracker(points)
+    assert np.diff(mesh.rings[0]).max() > RING
+    assert hold_to_search(tracker, mesh, points) == len(points)
+    mesh.update(tracker, points)
+    assert np.array_equal(tracker.vertex, np.arange(len(points)))
+
+
+def test_skin_is_posed_only_where_points_may_touch():
+    """Points that slide half around a ball, without another search."""
+    mesh = Mesh(ball(0.2))
+    start = np.array([[0, 0, 0.2], [0.01, 0, 0.2], [0, 0.01, 0.2]]) * (1 + NEAR)
+    tracker = mesh.tracker(start)
+    tracker._search, tracker._unseen[:] = None, np.inf
+    unposed = []
+    for angle in np.linspace(0.0, np.pi, 60):
+        turn = trimesh.transformations.rotation_matrix(angle, [1, 0, 0])[:3, :3]
+        points = start @ turn.T
+        unposed.append(mesh.update(tracker, points))
+        assert hold_to_search(tracker, mesh, points) == 3
+    assert np.median(unposed) > 0.5
+    assert 0.0 in unposed[1:]  # came to where it was not posed
+
+
 @varied
 @given(seeds)
 def test_followed_points_need_no_search_on_a_convex_skin(seed):
@@ -133,7 +170,7 @@ def test_skin_that_moves_is_followed_as_well(seed):
 def test_no_point_comes_near_unseen(seed, ways, share):
     """Whatever way each takes from beyond REACH, however fast, and the skin a share of it.
 
-    All is carried along with a reference that wanders.
+    All is carried along with a frame that wanders and turns.
     """
     mesh = Mesh(ball(0.2))
     rng = np.random.default_rng(seed)
@@ -151,7 +188,8 @@ def test_no_point_comes_near_unseen(seed, ways, share):
             turn = trimesh.transformations.rotation_matrix(longest, rng.normal(size=3))[:3, :3]
             mesh.vertices = np.ascontiguousarray(mesh.vertices @ turn.T)
         drift = drift + rng.normal(scale=0.1, size=3)
-        tracker.update(points + drift, mesh.vertices + drift, drift)
+        turned = trimesh.transformations.random_rotation_matrix(rng.uniform(size=3))[:3, :3]
+        mesh.update(tracker, points, turned, drift)
         nearest = mesh.distances(points).min(axis=1)
         assert np.all(nearest[tracker.vertex < 0] >= MARGIN - 1e-12)
         outside = np.linalg.norm(points, axis=1) > 0.2

@@ -1,6 +1,7 @@
 """Small groups of skin vertices, and the balls that they stay in however the body is posed."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -40,6 +41,7 @@ class SkinClusters:
     radius: np.ndarray
 
 
+@lru_cache(maxsize=4)
 def skin_clusters(skin: Skin, segment_count: int, size: int) -> SkinClusters:
     """Return clusters of at most `size` vertices.
 

@@ -1,6 +1,7 @@
 """Skinning of listed vertices only, and its transpose: the fast path of `simcore.body.skin`."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from simcore.body.skin import Skin
 from simcore.compiled import compiled
 
 
+@lru_cache(maxsize=4)
 def segment_balls(skin: Skin, segment_count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return centre (m, 3) and radius (m,) of a ball around each segment's skin [m]."""
     centre, radius = np.zeros((segment_count, 3)), np.zeros(segment_count)

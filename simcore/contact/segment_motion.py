@@ -105,3 +105,47 @@ def cluster_ball(segment_offsets, segments, centre, weight, spread, radius, pose
             wide += spread[e] * np.sqrt(
                 (here_x - first_x) ** 2 + (here_y - first_y) ** 2 + (here_z - first_z) ** 2)
     return x, y, z, radius[c] + wide
+
+
+class SkinTravel:
+    """How far skin may have moved as seen from one of its segments.
+
+    Parameters
+    ----------
+    centre : (m, 3), radius : (m,) float64
+        A ball around the skin of each segment, in its frame [m].
+    of : int
+        The segment.
+    """
+
+    def __init__(self, centre: np.ndarray, radius: np.ndarray, of: int):
+        self._balls, self._of = (centre, radius), of
+        self._pose, self._now = np.zeros((2, len(radius), 3, 4))
+
+    def since(self, segments) -> float:
+        """Return how far any may have moved since the mark [m].
+
+        Parameters
+        ----------
+        segments : SegmentViews
+            After forward kinematics.
+        """
+        self._see(segments)
+        return _greatest_motion(self._now, self._pose, *self._balls)
+
+    def mark(self, segments) -> None:
+        """Count from where the segments are now."""
+        self._see(segments)
+        self._pose[:] = self._now
+
+    def _see(self, segments) -> None:
+        rotation, position = segments.rotations[self._of], segments.positions[self._of]
+        write_relative(segments.rotations, segments.positions, rotation, position, self._now)
+
+
+@compiled
+def _greatest_motion(now, then, centre, radius):
+    way = 0.0
+    for j in range(radius.size):
+        way = max(way, motion_bound(now[j], then[j], centre[j], radius[j]))
+    return way

@@ -6,11 +6,14 @@ that it has: it walks over the skin, downhill in distance. Only points that touc
 the nearest of all vertices.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
-from simcore.compiled import compiled
+from simcore.compiled import compiled, inlined
+from simcore.contact.distance_lookup import seen_from
 from simcore.contact.neighbour_grid import nearest_within, sort_into_cells
-from simcore.contact.neighbour_rows import vertex_normal
+from simcore.contact.rings import RING, ordered_rings, walk_over_rings
 
 REACH = 0.1
 """Points farther than this from the skin are not followed [m]."""
@@ -26,6 +29,14 @@ MARGIN = 0.02
 SECOND = 0.02
 """A point that follows one part of the body is looked for again before it has come so far, or as
 far as that part was: so deep at most it enters another part unseen [m]."""
+
+
+AHEAD = 3.0
+"""What would have to be looked for again within so many times as long, going on like this, is
+looked for at once: a search of one point costs as much as one of hundreds."""
+
+PAGE = 8
+"""So many skin vertices that follow each other in memory are posed together."""
 
 
 class SurfaceTracker:
@@ -46,53 +57,74 @@ class SurfaceTracker:
     gap : (m,) float64
         Distance of the point from its tangent plane, negative inside [m]. Beyond NEAR a lower
         bound of the distance from the skin that it follows, and REACH for none.
+    searched : bool
+        Whether the last update has looked at all of the skin.
     """
 
     def __init__(self, point_count: int, ring_offsets: np.ndarray, ring_next: np.ndarray):
-        self._rings = ring_offsets, ring_next
+        self._rings = ring_offsets, ring_next, ordered_rings(ring_offsets, ring_next)
+        self._all = np.arange(len(ring_offsets) - 1)
+        self._posed, self._listed = np.zeros(len(self._all), bool), self._all
         self.vertex = np.full(point_count, -1)
         self.normal = np.zeros((point_count, 3))
         self.gap = np.full(point_count, REACH)
+        self.searched = False
+        self._last = np.full((point_count, 1 + RING), -1, np.int32)
+        self._square = np.empty(point_count)  # of distances from the vertices last followed
         self._unseen = np.full(point_count, -np.inf)  # way that each can come before it is sought
         # Since the last search, in which all of this was taken:
         self._way = np.zeros(point_count)  # that each point and the skin have come, at most
         self._clear = np.zeros(point_count)  # gap of each
-        self._points, self._vertices = np.zeros((point_count, 3)), None
-        self._reference = np.zeros(3)
+        self._points = np.zeros((point_count, 3))  # in the frame with which they move
 
-    def update(self, points: np.ndarray, vertices: np.ndarray, reference: np.ndarray) -> None:
+    def update(
+        self, points: np.ndarray, vertices: np.ndarray, rotation: np.ndarray, position: np.ndarray,
+        travelled: float, pose: Callable[[np.ndarray], None],
+    ) -> None:
         """Follow the points (m, 3) to where they are now.
 
         Parameters
         ----------
         points : (m, 3), vertices : (n, 3) float64
-            Points and skin in the world [m].
-        reference : (3,) float64
-            A point with which both move, such as the pelvis [m]: their ways are taken from there.
+            Points, and skin where it was posed, in the world [m].
+        rotation : (3, 3), position : (3,) float64
+            A frame with which both move, such as the pelvis': their ways are taken from there [m].
+        travelled : float
+            How far any of the skin can have moved, seen from there, since it was `searched` [m].
+        pose : callable
+            Writes given skin vertices (k,) into `vertices`.
         """
-        if self._vertices is None:
-            self._search(points, vertices, reference)
+        _ways(points, self._points, rotation, position, travelled, self._way)
+        self.searched = bool((self._unseen < self._way).any())
+        if self.searched:
+            self._pose_all(pose)
+            self._search(points, vertices, rotation, position)
+            self._pose_near()
             return
-        _ways(
-            points, self._points, vertices, self._vertices, reference - self._reference, self._way
-        )
-        if (self._unseen < self._way).any():
-            self._search(points, vertices, reference)
-        else:
-            _follow(
-                points, vertices, *self._rings, self._clear, self._way, self.vertex, self.normal,
-                self.gap,
-            )
+        pose(self._listed)
+        if not self._follow(points, vertices):  # somewhere it is not posed
+            self._pose_all(pose)
+            self._follow(points, vertices)
+            self._pose_near()
 
     def near(self) -> np.ndarray:
         """Return the skin vertices (l,) that points within NEAR follow."""
         return _followed(self.vertex, self.gap)
 
-    def _search(self, points: np.ndarray, vertices: np.ndarray, reference: np.ndarray) -> None:
+    def _follow(self, points: np.ndarray, vertices: np.ndarray) -> bool:
+        return _follow(
+            points, vertices, *self._rings, self._posed, self._last, self._clear, self._way,
+            self.vertex, self._square, self.normal, self.gap,
+        )
+
+    def _search(
+        self, points: np.ndarray, vertices: np.ndarray, rotation: np.ndarray, position: np.ndarray
+    ) -> None:
         """Give each point that is due, and touches nothing, the nearest of all vertices."""
         self._unseen -= self._way
-        due = np.flatnonzero((self._unseen < SECOND / 2) & ((self.vertex < 0) | (self.gap > 0)))
-        cells = sort_into_cells(vertices, np.arange(len(vertices)))
+        free = (self.vertex < 0) | (self.gap > 0)
+        due = np.flatnonzero((self._unseen < np.minimum(AHEAD * self._way, SECOND)) & free)
+        cells = sort_into_cells(vertices, self._all)
         distance, self.vertex[due] = nearest_within(*cells, points, due, REACH)
         # Another part of the body may be hardly farther than the one that is followed.
         self._unseen[due] = np.where(
@@ -100,70 +132,88 @@ class SurfaceTracker:
         )
         self._unseen[(self.vertex >= 0) & (self.gap <= 0)] = REACH - MARGIN  # these touch
         self._way[:], self._clear[:] = 0.0, 0.0
-        self._points[:], self._reference = points, np.array(reference)
-        self._vertices = vertices.copy()
-        _follow(
-            points, vertices, *self._rings, self._clear, self._way, self.vertex, self.normal,
-            self.gap,
-        )
+        self._points[:] = (points - position) @ rotation
+        self._follow(points, vertices)
         self._clear[:] = self.gap
 
+    def _pose_all(self, pose: Callable[[np.ndarray], None]) -> None:
+        self._listed = self._all
+        self._posed[:] = True
+        pose(self._all)
+
+    def _pose_near(self) -> None:
+        """From now on, pose what lies around points that are near, or may be soon."""
+        _mark_pages(
+            self.vertex, self.gap, self._clear, self._way, *self._rings[:2], self._posed
+        )
+        self._listed = np.flatnonzero(self._posed)
+
 
 @compiled
-def _ways(points, points_then, vertices, vertices_then, shift, way):
-    """Write how far each point can have come towards the skin, seen from what moved by `shift`."""
-    furthest = 0.0
-    for i in range(vertices.shape[0]):
-        x = vertices[i, 0] - vertices_then[i, 0] - shift[0]
-        y = vertices[i, 1] - vertices_then[i, 1] - shift[1]
-        z = vertices[i, 2] - vertices_then[i, 2] - shift[2]
-        furthest = max(furthest, x * x + y * y + z * z)
-    furthest = np.sqrt(furthest)
+def _ways(points, points_then, rotation, position, travelled, way):
+    """Write how far each point can have come towards the skin, both seen from a frame."""
     for p in range(points.shape[0]):
-        x = points[p, 0] - points_then[p, 0] - shift[0]
-        y = points[p, 1] - points_then[p, 1] - shift[1]
-        z = points[p, 2] - points_then[p, 2] - shift[2]
-        way[p] = np.sqrt(x * x + y * y + z * z) + furthest
+        x, y, z = seen_from(rotation, position, points, p)
+        way[p] = travelled + np.sqrt(
+            (x - points_then[p, 0]) ** 2 + (y - points_then[p, 1]) ** 2
+            + (z - points_then[p, 2]) ** 2)
 
 
 @compiled
-def _follow(points, vertices, ring_offsets, ring_next, clear, way, vertex, normal, gap):
+def _mark_pages(vertex, gap, clear, way, ring_offsets, ring_next, posed):
+    """Mark the pages of rings around vertices whose points are walked, or will be a MARGIN on."""
+    posed[:] = False
+    for p in range(vertex.size):
+        if vertex[p] < 0 or min(gap[p], clear[p] - way[p]) > NEAR + MARGIN:
+            continue
+        _mark_page(vertex[p], posed)
+        for e in range(ring_offsets[vertex[p]], ring_offsets[vertex[p] + 1]):
+            _mark_page(ring_next[e, 0], posed)
+
+
+@inlined
+def _mark_page(i, posed):
+    if not posed[i]:
+        for each in range(i - i % PAGE, min(i - i % PAGE + PAGE, posed.size)):
+            posed[each] = True
+
+
+@compiled
+def _follow(
+    points, vertices, ring_offsets, ring_next, rings, posed, last, clear, way, vertex, square,
+    normal, gap,
+):
     """Walk every followed point downhill; write its skin vertex, normal and gap.
 
     One that was `clear` of the skin by more than NEAR and its way since then stays as it is.
+    Returns whether all skin that was met is posed; if not, some have not come to their ends.
     """
-    for p in range(points.shape[0]):
-        i = vertex[p]
-        if i < 0:
+    chosen, count = np.empty(vertex.size, np.int64), 0
+    for p in range(vertex.size):
+        if vertex[p] < 0:
             continue
         if clear[p] - way[p] > NEAR:
             gap[p] = clear[p] - way[p]
             continue
-        x, y, z = points[p, 0], points[p, 1], points[p, 2]
-        least = ((vertices[i, 0] - x) ** 2 + (vertices[i, 1] - y) ** 2
-                 + (vertices[i, 2] - z) ** 2)
-        here = -1
-        while here != i:
-            here = i
-            for e in range(ring_offsets[here], ring_offsets[here + 1]):
-                b = ring_next[e, 0]
-                square = ((vertices[b, 0] - x) ** 2 + (vertices[b, 1] - y) ** 2
-                          + (vertices[b, 2] - z) ** 2)
-                if square < least:
-                    least = square
-                    i = b
-        if least > REACH * REACH and gap[p] > 0.0:
+        chosen[count] = p
+        count += 1
+    chosen = chosen[:count]
+    complete, normals, heights = walk_over_rings(
+        points, chosen, vertices, ring_offsets, ring_next, rings, posed, last, vertex, square)
+    if not complete:
+        return False
+    for j in range(count):
+        p = chosen[j]
+        if square[p] > REACH * REACH and gap[p] > 0.0:
             vertex[p] = -1
             gap[p] = REACH
-            continue
-        vertex[p] = i
-        if gap[p] > 0.0 and least > NEAR * NEAR:
-            gap[p] = np.sqrt(least)
-            continue
-        nx, ny, nz = vertex_normal(vertices, i, ring_offsets, ring_next)
-        normal[p, 0], normal[p, 1], normal[p, 2] = nx, ny, nz
-        gap[p] = (nx * (x - vertices[i, 0]) + ny * (y - vertices[i, 1])
-                  + nz * (z - vertices[i, 2]))
+        elif gap[p] > 0.0 and square[p] > NEAR * NEAR:
+            gap[p] = np.sqrt(square[p])
+        else:
+            gap[p] = heights[j]
+            for axis in range(3):
+                normal[p, axis] = normals[axis, j]
+    return True
 
 
 @compiled
