@@ -197,3 +197,23 @@ def test_what_the_bed_gives_the_sheet_has():
     received = 2e-3 * (reaction.bed_force + reaction.contact.force.sum(axis=0))
     change = solver.inertia.momenta(state.velocity).sum(axis=0) - before
     assert received == pytest.approx(change, rel=1e-10, abs=1e-13)
+
+
+def test_what_of_the_bed_stays_is_not_laid_again():
+    """A sheet that bounces over the edge of its bed, in sub-steps of two lengths, against a solver
+    that lays all planes anew; to the bit, and its vertices come and go."""
+    sheet = sheet_on_bed(friction=0.4, half_length=0.15)
+    states, active = [], []
+    for fixed in (True, False):
+        solver = ExplicitSolver(sheet, SUBSTEP)
+        solver._bed._fixed = fixed
+        state = lay_flat(sheet.net, np.array([0.1, 0.0, 0.004]))
+        state.velocity[:] = np.random.default_rng(5).normal(scale=0.4, size=state.velocity.shape)
+        for step in [2e-3] * 60 + [1.1e-3] * 60:
+            solver.advance(state, step, untouched(sheet), STILL_BAR)
+            active.append(state.on_bed.active.copy())
+        states.append(state)
+    assert np.array_equal(states[0].position, states[1].position)
+    assert np.array_equal(states[0].velocity, states[1].velocity)
+    changes = np.diff(np.array(active[:120]).astype(int), axis=0)
+    assert (changes == 1).any() and (changes == -1).any()

@@ -67,13 +67,30 @@ def planes_energy(contact: PlaneContact, position: np.ndarray) -> float:
     position : (n, 3) float64
         Of the vertices [m].
     """
-    on = contact.active
-    x, normal = position[on], contact.normal[on]
-    depth = np.maximum(contact.offset[on] - (normal * x).sum(axis=1), 0.0)
-    way = x - contact.anchor[on]
-    square = (way**2).sum(axis=1) - (way * normal).sum(axis=1) ** 2
-    tied = contact.tangential_stiffness[on] * (contact.friction_coefficient > 0)
-    return float(contact.stiffness[on] @ depth**2 + tied @ square) / 2
+    return _planes_energy(
+        contact.active, contact.normal, contact.offset, contact.stiffness, contact.anchor,
+        contact.tangential_stiffness, contact.friction_coefficient > 0, position,
+    )
+
+
+@compiled
+def _planes_energy(active, normal, offset, stiffness, anchor, tied, sticks, position):
+    """Implement `planes_energy`."""
+    stored = 0.0
+    for i in range(active.size):
+        if not active[i]:
+            continue
+        above = square = out = 0.0
+        for axis in range(3):
+            way = position[i, axis] - anchor[i, axis]
+            above += normal[i, axis] * position[i, axis]
+            square += way * way
+            out += way * normal[i, axis]
+        depth = max(offset[i] - above, 0.0)
+        stored += 0.5 * stiffness[i] * depth * depth
+        if sticks:
+            stored += 0.5 * tied[i] * (square - out * out)
+    return stored
 
 
 @compiled

@@ -19,7 +19,7 @@ from simcore.sheet.vertex_contact import solve_planes
 STABILITY_MARGIN = 1.1
 """Vertex inertia over the least that a stable sub-step needs (Eq. S8)."""
 
-SUBSTEP_MAX = 1e-3 / 3
+SUBSTEP_MAX = 0.4e-3
 """Longest sub-step taken unasked [s]."""
 
 # ASSUME: seams and friction between threads damp the stretch of a fabric; this much quiets the
@@ -32,7 +32,7 @@ ADDED_INERTIA_MAX = 40.0
 
 # ASSUME: dashpots of the flesh under 70 kg, some 2,600 N s/m, act on the sheet as a whole at the
 # end of a sub-step, and are stable against more than half of what they take in one: 0.9 kg in
-# 0.33 ms.
+# 0.4 ms.
 WHOLE_INERTIA = 1.5
 """Added inertia that is left on the motion of the sheet as a whole (Eq. S14) [kg]."""
 
@@ -99,7 +99,7 @@ class ExplicitSolver:
         self.inertia = Inertia(mass, added, modes, carried)
 
         self._grid = grid = SheetGrid(sheet, self.inertia.local, precision)
-        self._skin, self._bed = GridPlanes(grid), GridPlanes(grid)
+        self._skin, self._bed = GridPlanes(grid), GridPlanes(grid, fixed=True)
         self._coarse, self._fine, self._velocity, self._before = (grid.zeros(3) for _ in range(4))
         self._scratch = grid.zeros(len(grid.offsets), 3), grid.zeros()  # pulls, and nothing
         kept = sheet.net.compression_share

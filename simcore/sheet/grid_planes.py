@@ -28,6 +28,12 @@ from simcore.sheet.vertex_contact import (
 class GridPlanes:
     """What `simcore.sheet.vertex_contact.solve_planes` reads and writes of a contact.
 
+    Parameters
+    ----------
+    grid : SheetGrid
+    fixed : bool
+        Planes come and go, but never change, as those of a bed.
+
     Attributes
     ----------
     arrays : tuple of (·, N)
@@ -38,8 +44,10 @@ class GridPlanes:
         Whether any vertex has a plane in this step.
     """
 
-    def __init__(self, grid: SheetGrid):
+    def __init__(self, grid: SheetGrid, fixed: bool = False):
         self._grid = grid
+        self._still = np.zeros(len(grid.place), bool)  # whose law is there, and stays as it is
+        self._fixed, self._substep = fixed, 0.0
         self.arrays = tuple(grid.zeros(size) for size in (LAW_SIZE, TIE_SIZE, 3, SUMS))
         self.friction = (0.0, 0.0)
         self.met = False
@@ -52,13 +60,17 @@ class GridPlanes:
         )
         force[:] = sums[:] = 0.0
         self.met = bool(contact.active.any())
+        if h != self._substep:
+            self._still[:], self._substep = False, h
         if self.met:
             _lay(
                 contact.active, contact.normal, contact.offset, contact.stiffness, contact.damping,
                 contact.surface_velocity, contact.tangential_stiffness,
                 contact.tangential_damping, contact.anchor, contact.force, contact.friction_force,
-                grid.place, coarse, grid.mobility, h, law, tie, force,
+                grid.place, coarse, grid.mobility, h, self._still, law, tie, force,
             )
+            if self._fixed:
+                self._still[:] = contact.active
 
     def read(
         self, contact: PlaneContact, coarse: np.ndarray, position: np.ndarray, duration: float
@@ -95,8 +107,8 @@ class GridPlanes:
 @compiled
 def _lay(
     active, normal, offset, stiffness, damping, surface_velocity, tangential_stiffness,
-    tangential_damping, anchor, last_force, friction_force, place, coarse, mobility, h, law, tie,
-    force,
+    tangential_damping, anchor, last_force, friction_force, place, coarse, mobility, h, still, law,
+    tie, force,
 ):
     """Write the planes; a vertex without one has a law that gives no force."""
     for i in range(active.size):
@@ -107,12 +119,15 @@ def _lay(
             continue
         depth = offset[i]
         for axis in range(3):
-            law[NORMAL + axis, p] = normal[i, axis]
-            law[SURFACE + axis, p] = surface_velocity[i, axis]
             tie[axis, p] = anchor[i, axis] - coarse[axis, p]
             force[axis, p] = last_force[i, axis]
             depth -= normal[i, axis] * coarse[axis, p]
         law[DEPTH, p] = depth
+        if still[i]:
+            continue
+        for axis in range(3):
+            law[NORMAL + axis, p] = normal[i, axis]
+            law[SURFACE + axis, p] = surface_velocity[i, axis]
         rate = h * mobility[p]
         k, k_t = stiffness[i], tangential_stiffness[i]
         law[STIFFNESS, p], law[DAMPING, p] = k, damping[i]

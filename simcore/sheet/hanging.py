@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simcore.compiled import compiled
 from simcore.config.sling_lift import EdgeAttachment, HangingDesign, LoopAttachment
 from simcore.errors import DesignError
 from simcore.sheet.net import Net
@@ -87,10 +88,25 @@ class Straps:
 
 def bar_points(straps: Straps, bar: BarState) -> tuple[np.ndarray, np.ndarray]:
     """Return position and velocity (s, 3) of the bar points in the world [m, m/s]."""
-    arm = straps.bar_point @ np.asarray(bar.rotation).T
-    x, y, z = bar.angular_velocity
-    turn = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])  # arm @ turn = ω × arm
-    return bar.position + arm, bar.linear_velocity + arm @ turn
+    return _carried(
+        straps.bar_point, bar.rotation, bar.position, bar.linear_velocity, bar.angular_velocity
+    )
+
+
+@compiled
+def _carried(points, rotation, position, velocity, turn):
+    """Return position and velocity of points of a frame that moves."""
+    at, moving = np.empty(points.shape), np.empty(points.shape)
+    arm = np.empty(3)
+    for s in range(points.shape[0]):
+        for a in range(3):
+            arm[a] = (rotation[a, 0] * points[s, 0] + rotation[a, 1] * points[s, 1]
+                      + rotation[a, 2] * points[s, 2])
+            at[s, a] = position[a] + arm[a]
+        moving[s, 0] = velocity[0] + turn[1] * arm[2] - turn[2] * arm[1]
+        moving[s, 1] = velocity[1] + turn[2] * arm[0] - turn[0] * arm[2]
+        moving[s, 2] = velocity[2] + turn[0] * arm[1] - turn[1] * arm[0]
+    return at, moving
 
 
 def build_straps(net: Net, design: HangingDesign) -> Straps:

@@ -4,6 +4,9 @@ import numpy as np
 
 from simcore.compiled import compiled
 
+MODES = 4
+"""Motions of a sheet as a whole, k below; loops over them are unrolled."""
+
 
 class Inertia:
     """The mass matrix of a sheet, the same along each axis (Eq. S14).
@@ -51,7 +54,7 @@ class Inertia:
     @classmethod
     def plain(cls, mass: np.ndarray) -> "Inertia":
         """Return that of the true mass (n,) [kg]."""
-        return cls(mass, np.zeros_like(mass), np.ones((len(mass), 1)), 0.0)
+        return cls(mass, np.zeros_like(mass), np.zeros((len(mass), MODES)), 0.0)
 
     def momenta(self, velocity: np.ndarray) -> np.ndarray:
         """Return M v (n, 3) of velocities (n, 3) [kg m/s]."""
@@ -65,26 +68,26 @@ class Inertia:
     def kick(self, velocity: np.ndarray, impulse: np.ndarray) -> float:
         """Add M⁻¹ J to velocities (n, 3) for impulses J (n, 3) [N s]; return the energy given [J].
         """
-        return _kick(self.local, self.gathered, self.spread, self.coupling, velocity, impulse)
+        return _kick(self.local, self.spread, self.coupling, velocity, impulse)
 
 
 @compiled
-def _kick(local, gathered, spread, coupling, velocity, impulse):
+def _kick(local, spread, coupling, velocity, impulse):
     """Implement `Inertia.kick`."""
-    modes = coupling.shape[0]
-    taken = np.zeros((modes, 3))
+    taken = np.zeros((MODES, 3))
     for i in range(local.size):
         if impulse[i, 0] == 0.0 and impulse[i, 1] == 0.0 and impulse[i, 2] == 0.0:
             continue
-        for k in range(modes):
+        for k in range(MODES):
             for axis in range(3):
                 taken[k, axis] += spread[i, k] * impulse[i, axis]
     given = coupling @ taken
     energy = 0.0
     for i in range(local.size):
+        mobility = 1.0 / local[i]
         for axis in range(3):
-            shift = impulse[i, axis] / local[i]
-            for k in range(modes):
+            shift = impulse[i, axis] * mobility
+            for k in range(MODES):
                 shift += spread[i, k] * given[k, axis]
             energy += impulse[i, axis] * (velocity[i, axis] + 0.5 * shift)
             velocity[i, axis] += shift
