@@ -1,0 +1,57 @@
+"""The shipped sling against a quarter of its steps: where the pelvis is, and what carries it."""
+
+import numpy as np
+
+from simcore.bench import case_scene
+from simcore.recorder import Trajectory
+from simcore.scene import Scene
+from simcore.simulate import simulate
+
+SHARE = 4
+"""Steps of the body, exchanges and sub-steps of the reference are so many times shorter."""
+
+
+def measure() -> dict:
+    """Return the greatest distance of the pelvis [m], and supports over weight in the hold."""
+    scene = case_scene("sling")
+    method = scene.method
+    fine_scene = case_scene("sling", {
+        "method.time_step_s": method.time_step_s / SHARE,
+        "method.sheet.step_s": method.sheet.step_s / SHARE,
+        "method.sheet.solver.substep_s": scene.sling.solver.substep / SHARE,
+    })
+    run, fine = simulate(scene), simulate(fine_scene)
+    return {
+        "steps": [method.time_step_s, scene.sling.solver.substep],
+        "pelvis": _apart(run, fine),
+        "support": _support(scene, run),
+        "support_fine": _support(fine_scene, fine),
+    }
+
+
+def table(entry: dict) -> list[list[str]]:
+    """Return the rows of an entry, the header first."""
+    step, substep = (1e3 * each for each in entry["steps"])
+    return [
+        ["sling", f"steps {step:g} and {substep:.2g} ms", f"a {SHARE}th of both"],
+        ["pelvis, at the worst of all times", f"{1e3 * entry['pelvis']:.1f} mm off", "0"],
+        ["mean support in the hold over weight", f"{entry['support']:.4f}",
+         f"{entry['support_fine']:.4f}"],
+    ]
+
+
+def _apart(run: Trajectory, fine: Trajectory) -> float:
+    """Return how far the pelvis is from where the other has it, at the worst of all times [m]."""
+    start, end = max(run.time[0], fine.time[0]), min(run.time[-1], fine.time[-1])
+    at = run.time[(run.time >= start) & (run.time <= end)]
+    way = [np.interp(at, run.time, run.q[:, a]) - np.interp(at, fine.time, fine.q[:, a])
+           for a in range(3)]
+    return float(np.linalg.norm(way, axis=0).max())
+
+
+def _support(scene: Scene, run: Trajectory) -> float:
+    """Return the mean vertical support of the last three seconds, over the weight carried."""
+    held = run.time > run.time[-1] - scene.method.hold_s
+    weight = scene.body.mass + scene.sling.solver.sheet.net.mass.sum()
+    gravity = -scene.sling.solver.sheet.gravity[2]
+    return float(run.support_force[held, 2].mean() / (weight * gravity))
