@@ -9,7 +9,8 @@ RING = 8
 """Neighbours for which there is room; of the skin's vertices one in a thousand has more."""
 
 BLOCK = 328
-"""Points at a time, so that all that belongs to them stays in the first-level cache."""
+"""Points at a time, so that what belongs to them stays in the nearer caches; no power of two, for
+then all rows would meet in the same places of these. Tuned for time."""
 
 _MIDDLE = RING  # row of the vertex itself
 
@@ -43,8 +44,7 @@ def ordered_rings(ring_offsets, ring_next):
 
 @compiled
 def walk_over_rings(
-    points, chosen, vertices, ring_offsets, ring_next, rings, posed, last, vertex,
-    square,
+    points, chosen, vertices, ring_offsets, ring_next, rings, posed, last, vertex, square
 ):
     """Walk chosen points over the skin, each to the nearest of a ring until none is nearer.
 
@@ -90,8 +90,7 @@ def walk_over_rings(
             for axis in range(3):
                 own[axis, j] = points[p, axis]
             complete &= _take_ring(vertices, rings, posed, vertex[p], p, j, last, around)
-        _start_at(
-            block.size, middle[0], middle[1], middle[2], x, y, z, _MIDDLE, least, best)
+        _start_at(block.size, middle[0], middle[1], middle[2], x, y, z, _MIDDLE, least, best)
         for k in range(RING):
             _take_nearer(
                 block.size, around[k, 0], around[k, 1], around[k, 2], x, y, z, k, least, best)
@@ -105,27 +104,35 @@ def walk_over_rings(
                 _take_ring(vertices, rings, posed, vertex[p], p, j, last, around)
             square[p] = least[j]
 
-        upward[:] = 0.0
-        for k in range(RING):
-            b, c = around[k], around[(k + 1) % RING]
-            _add_cross(
-                block.size, b[0], b[1], b[2], c[0], c[1], c[2], middle[0], middle[1], middle[2],
-                upward[0], upward[1], upward[2],
-            )
-        for j in range(block.size):
-            p = block[j]
-            if last[p, 1] < 0:
-                upward[0, j], upward[1, j], upward[2, j] = vertex_normal(
-                    vertices, vertex[p], ring_offsets, ring_next)
-        _raise_over(
-            block.size, upward[0], upward[1], upward[2], middle[0], middle[1], middle[2], x, y, z,
-            over,
-        )
+        _write_heights(
+            block, vertices, ring_offsets, ring_next, last, vertex, around, x, y, z, upward, over)
         for j in range(block.size):
             height[start + j] = over[j]
             for axis in range(3):
                 normal[axis, start + j] = upward[axis, j]
     return complete, normal, height
+
+
+@compiled
+def _write_heights(
+    block, vertices, ring_offsets, ring_next, last, vertex, around, x, y, z, upward, over
+):
+    """Write the normals of the middles of some rings, and heights over their tangent planes."""
+    middle = around[_MIDDLE]
+    upward[:] = 0.0
+    for k in range(RING):
+        b, c = around[k], around[(k + 1) % RING]
+        _add_cross(
+            block.size, b[0], b[1], b[2], c[0], c[1], c[2], middle[0], middle[1], middle[2],
+            upward[0], upward[1], upward[2],
+        )
+    for j in range(block.size):
+        p = block[j]
+        if last[p, 1] < 0:
+            upward[0, j], upward[1, j], upward[2, j] = vertex_normal(
+                vertices, vertex[p], ring_offsets, ring_next)
+    _raise_over(
+        block.size, upward[0], upward[1], upward[2], middle[0], middle[1], middle[2], x, y, z, over)
 
 
 @compiled
