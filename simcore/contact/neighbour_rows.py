@@ -1,4 +1,28 @@
-"""Which device points can touch the skin, and which skin vertices can be nearest to them."""
+"""Which device points can touch the skin, and which skin vertices can be nearest to them.
+
+What `renew_rows` takes and writes, for p patches that skin is near, m parts of the body and n skin
+vertices:
+
+patches : (p,) int64
+near_offsets, near, part_offsets, parts, due, needed, around
+    Of `spend_budgets`.
+patch_offsets, patch_vertex, patch_centre, patch_radius, patch_size
+    Of all patches (`simcore.contact.neighbour_grid.Patches`).
+budget : (p,) float64
+    How far the skin around each patch may move [m]; overwritten where due.
+row_spans : (p, 2) int64
+    First row of each patch that is not due, and one behind its last; overwritten.
+rows, offsets, candidates
+    Result of the last call.
+skin : (n, 3) float64
+    Device frame [m], valid around what is due.
+edge_change_rate : (n,) float64
+    As of `simcore.contact.neighbours.Neighbours`.
+normals : (n, 4), known : (n,) bool
+    Overwritten, and false all over.
+allowance : (m,) float64
+    How far each part may now move until a budget is used up [m]; overwritten.
+"""
 
 import numpy as np
 
@@ -85,34 +109,10 @@ def renew_rows(
     ring_offsets, ring_next, edge_change_rate, device_vertices, radius, normals, around, known,
     allowance,
 ):
-    """Renew the rows of the patches that are due; return all rows.
+    """Renew the rows of the patches that are due; return all rows. Arguments: head of this file.
 
-    Parameters
-    ----------
-    patches : (p,) int64
-    near_offsets, near, part_offsets, parts, due, needed, around
-        Of `spend_budgets`.
-    patch_offsets, patch_vertex, patch_centre, patch_radius, patch_size
-        Of all patches (`simcore.contact.neighbour_grid.Patches`).
-    budget : (p,) float64
-        How far the skin around each patch may move [m]; overwritten where due.
-    row_spans : (p, 2) int64
-        First row of each patch that is not due, and one behind its last; overwritten.
-    rows, offsets, candidates
-        Result of the last call.
-    skin : (n, 3) float64
-        Device frame [m], valid around what is due.
-    edge_change_rate : (n,) float64
-        As of `Neighbours`.
-    normals : (n, 4), known : (n,) bool
-        Overwritten, and false all over.
-    allowance : (m,) float64
-        How far each part may now move until a budget is used up [m]; overwritten.
-
-    Returns
-    -------
-    rows, offsets, candidates
-        Device vertices, and the skin vertices that can be their nearest, as CSR.
+    They are rows, offsets, candidates: device vertices, and the skin vertices that can be their
+    nearest, as CSR.
     """
     new_rows = np.empty(device_vertices.shape[0], np.int64)
     new_offsets = np.zeros(device_vertices.shape[0] + 1, np.int64)
