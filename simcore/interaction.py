@@ -7,6 +7,7 @@ from simcore.body.capsules import fit_capsules
 from simcore.body.segments import PARENTS, SEGMENTS
 from simcore.body.skin_listed import torque_of_wrenches, wrench_listed
 from simcore.contact.self_contact import add_self_contact, overlaps, self_contact_power
+from simcore.contact.tangential import Impulses
 from simcore.device.motion import DeviceState
 from simcore.dynamics.adaptive import stable_step
 from simcore.dynamics.impedance import (
@@ -99,33 +100,26 @@ class Interaction:
         centre = pin.centerOfMass(self.model, self.data, q, False)
         return (moved.rotation.T @ (centre - moved.position))[None]
 
-    def add_skin_impulses(
-        self, duration: float, normal: np.ndarray, tangential: np.ndarray
-    ) -> float:
-        """Add impulses on each skin vertex (n,), (n, 3) as `SkinContact` does [N s]."""
-        return self.contact.add_skin_impulses(duration, normal, tangential)
+    def add_skin_impulses(self, duration: float, on_skin: Impulses) -> float:
+        """Add impulses on each skin vertex as `SkinContact` does."""
+        return self.contact.add_skin_impulses(duration, on_skin)
 
-    def add_mat_impulses(
-        self, duration: float, normal: np.ndarray, tangential: np.ndarray
-    ) -> float:
-        """Add what the present forces on `Scene.mat_points` do to them in a time (N,) [N s].
+    def add_mat_impulses(self, duration: float, on_mat: Impulses) -> float:
+        """Add what the present forces on `Scene.mat_points` do to them in a time [s].
 
-        And, where it reaches the skin through the mat, the tangential impulse (N, 3), world axes;
-        return the normal one of what of that slips. With a rigid device, all of the skin's are
-        those of `add_skin_impulses`.
+        Tangential parts only where they reach the skin through the mat; return the normal impulse
+        of what of that slips [N s]. With a rigid device, all of the skin's are those of
+        `add_skin_impulses`.
         """
-        self.contact.add_mat_impulses(duration, normal)
+        self.contact.add_mat_impulses(duration, on_mat)
         return 0.0
 
-    def share_impulses(
-        self, point_normal: np.ndarray, point_tangential: np.ndarray, normal: np.ndarray,
-        tangential: np.ndarray,
-    ) -> None:
-        """Complete the impulses of a frame: what reaches the mat (N,) through the skin [N s].
+    def share_impulses(self, on_mat: Impulses, on_skin: Impulses) -> None:
+        """Complete the impulses of a frame: what reaches the mat through the skin.
 
-        Or, as with a sheet, the skin (n,), (n, 3) through the mat (N,), (N, 3).
+        Or, as with a sheet, the skin through the mat.
         """
-        self.contact.add_skin_to_mat(normal, point_normal)
+        self.contact.add_skin_to_mat(on_skin, on_mat)
 
     def sheet_frame(self) -> dict[str, np.ndarray]:
         """Return what a recorder keeps of the sheet, by name; here there is none."""

@@ -1,10 +1,13 @@
 """Pressure and shear as a tactile sensor reads them: force over area, averaged over cells."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.sparse import csc_array, csr_array
 from scipy.spatial import cKDTree
 
-from simcore.compiled import compiled
+AT_ONCE = 64
+"""Frames whose shear is averaged at a time: more take memory, and no less time."""
 
 
 class SensorCells:
@@ -42,56 +45,58 @@ class SensorCells:
         weights = np.concatenate([weight, weight, np.ones(count)])
         sums = csr_array((weights, (rows, columns)), shape=(count, count))
         self._operator = csc_array(sums.multiply(1 / (sums @ vertex_area)[:, None]))
-        self._sums = np.zeros((count, 3))
 
     def pressure(self, normal_force: np.ndarray) -> np.ndarray:
         """Return pressure [Pa] of normal forces [N]; (n,) or (T, n)."""
         force = np.atleast_2d(normal_force)
         bearing = np.flatnonzero(force.any(axis=0))
-        part = self._operator[:, bearing].tocsr()
-        cells = np.flatnonzero(np.diff(part.indptr))
+        cells, mean = self._means(bearing, np.ascontiguousarray(force[:, bearing].T, dtype=float))
         found = np.zeros(force.shape)
-        found[:, cells] = (part[cells] @ np.ascontiguousarray(force[:, bearing].T, dtype=float)).T
+        found[:, cells] = mean.T
         return found.reshape(np.shape(normal_force))
 
-    def shear(self, tangential_force: np.ndarray, bearing: np.ndarray | None = None) -> np.ndarray:
-        """Return the size (n,) [Pa] of tangential forces (k, 3) [N] averaged as vectors: Eq. P3.
+    def shear(
+        self, bearing: Sequence[np.ndarray], tangential_force: Sequence[np.ndarray]
+    ) -> np.ndarray:
+        """Return the size (T, n) [Pa] of tangential forces averaged as vectors, float32: Eq. P3.
 
         Skin that is pulled both ways within a cell is not sheared as a whole.
 
         Parameters
         ----------
-        bearing : (k,) int64, optional
-            Vertices that they act on; unless told, all.
+        bearing : T times (k,) int64
+            Vertices that forces act on.
+        tangential_force : T times (k, 3) float64
+            [N].
         """
-        bearing = np.arange(self._operator.shape[1]) if bearing is None else bearing
-        operator = self._operator
-        size = np.zeros(operator.shape[0], np.float32)
-        _write_mean_size(
-            bearing, tangential_force, operator.indptr, operator.indices, operator.data,
-            self._sums, size,
-        )
+        size = np.zeros((len(bearing), self._operator.shape[0]), np.float32)
+        for first in range(0, len(bearing), AT_ONCE):
+            frames = slice(first, first + AT_ONCE)
+            points, place = told(bearing[frames], size.shape[1])
+            count = len(bearing[frames])
+            force = np.zeros((len(points), 3, count))
+            for frame, (borne, forces) in enumerate(
+                zip(bearing[frames], tangential_force[frames], strict=True)
+            ):
+                force[place[borne], :, frame] = forces
+            cells, mean = self._means(points, force.reshape(len(points), 3 * count))
+            mean = mean.reshape(len(cells), 3, count)
+            size[frames, cells] = np.sqrt(np.square(mean, out=mean).sum(axis=1)).T
         return size
 
+    def _means(self, points: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return which cells (c,) hold any of the points (k,), and Eq. P1 for forces (k, C)."""
+        part = self._operator[:, points].tocsr()
+        cells = np.flatnonzero(np.diff(part.indptr))
+        return cells, part[cells] @ force
 
-@compiled
-def _write_mean_size(bearing, force, starts, cells, weights, sums, size):
-    """Write the length of each cell's weighted sum (n,) of vectors (k, 3), by columns.
 
-    `sums` (n, 3) is zero, and left so; cells that nothing bears on keep their size.
-    """
-    for k in range(bearing.size):
-        x, y, z = force[k, 0], force[k, 1], force[k, 2]
-        for e in range(starts[bearing[k]], starts[bearing[k] + 1]):
-            sums[cells[e], 0] += weights[e] * x
-            sums[cells[e], 1] += weights[e] * y
-            sums[cells[e], 2] += weights[e] * z
-    for k in range(bearing.size):
-        for e in range(starts[bearing[k]], starts[bearing[k] + 1]):
-            x, y, z = sums[cells[e], 0], sums[cells[e], 1], sums[cells[e], 2]
-            if x != 0.0 or y != 0.0 or z != 0.0:
-                size[cells[e]] = np.sqrt(x * x + y * y + z * z)
-                sums[cells[e], 0] = sums[cells[e], 1] = sums[cells[e], 2] = 0.0
+def told(points: Sequence[np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return which of `count` points occur in any frame (k,), and the place of each there."""
+    mark = np.zeros(count, bool)
+    for frame in points:
+        mark[frame] = True
+    return np.flatnonzero(mark), np.cumsum(mark) - 1
 
 
 class SensorMat:

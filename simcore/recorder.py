@@ -7,11 +7,11 @@ import numpy as np
 
 from simcore.body.build import Body, posed_skin
 from simcore.body.skin import vertex_normals
-from simcore.contact.tangential import bearing
+from simcore.contact.tangential import Impulses
 from simcore.device.motion import DeviceState
 from simcore.energy import TERMS
 from simcore.interaction import Interaction
-from simcore.pressure import SensorCells, SensorMat
+from simcore.pressure import SensorCells, SensorMat, told
 from simcore.scene import Scene
 
 FALL_DISPLACEMENT = 0.15
@@ -129,8 +129,7 @@ class Recorder:
         # Impulses since the last frame; divided by its length they are mean forces.
         self._segments = np.zeros_like(interaction.segment_wrench[:, :3])
         self._support = np.zeros(3)
-        self._normal, self._tangential = np.zeros(skin_count), np.zeros((skin_count, 3))
-        self._mat_normal, self._mat_tangential = np.zeros(point_count), np.zeros((point_count, 3))
+        self._on_skin, self._on_mat = Impulses.zero(skin_count), Impulses.zero(point_count)
         self._slipping = 0.0
         self._duration = 0.0
         self._depth_max = 0.0
@@ -161,8 +160,8 @@ class Recorder:
             Then.
         """
         now = self._interaction
-        self._slipping += now.add_skin_impulses(step, self._normal, self._tangential)
-        self._slipping += now.add_mat_impulses(step, self._mat_normal, self._mat_tangential)
+        self._slipping += now.add_skin_impulses(step, self._on_skin)
+        self._slipping += now.add_mat_impulses(step, self._on_mat)
         self._support += step * now.support_force
         self._segments += step * now.segment_wrench[:, :3]
         self._depth_max = max(self._depth_max, now.depth_max)
@@ -174,19 +173,17 @@ class Recorder:
 
     def _keep_frame(self, time: float, q: np.ndarray, v: np.ndarray, moved: DeviceState) -> None:
         now, duration = self._interaction, self._duration
-        now.share_impulses(
-            self._mat_normal, self._mat_tangential, self._normal, self._tangential
-        )
+        now.share_impulses(self._on_mat, self._on_skin)
         place = now.place(q, moved)
         if self._start is None:
             self._start = place
         displacement = float(np.linalg.norm(place - self._start, axis=1).max())
         if displacement > FALL_DISPLACEMENT:
             self.fall_time = min(self.fall_time, time)
-        skin, mat = bearing(self._normal), bearing(self._mat_normal)
+        skin, normal, tangential = self._on_skin.take()
+        mat, on_mat, _ = self._on_mat.take()
         self._borne.append(
-            (skin, self._normal[skin] / duration, self._tangential[skin] / duration,
-             mat, self._mat_normal[mat] / duration)
+            (skin, normal / duration, tangential / duration, mat, on_mat / duration)
         )
         self._frames.append(
             {
@@ -205,8 +202,6 @@ class Recorder:
                 "energy": np.full(len(TERMS), np.nan),
             }
         )
-        # A dashpot that would pull leaves friction without a normal force.
-        self._normal[:] = self._tangential[:] = self._mat_normal[:] = self._mat_tangential[:] = 0
         self._segments[:] = self._support[:] = 0
         self._slipping = self._depth_max = self._duration = 0.0
 
@@ -232,24 +227,15 @@ class Recorder:
     def _forces(self) -> dict[str, np.ndarray]:
         """Return what skin and mat bore in each frame, read for all frames at once."""
         skins, normals, tangentials, mats, on_mats = zip(*self._borne, strict=True)
-        mat, place = _told(mats, len(self._mat_normal))
+        mat, place = told(mats, len(self._on_mat.normal))
         frames = len(self._frames)
-        normal_force, shear = np.zeros((2, frames, len(self._normal)), np.float32)
+        normal_force = np.zeros((frames, len(self._on_skin.normal)), np.float32)
         on_mat = np.zeros((frames, len(mat)), np.float32)
         for frame in range(frames):
             normal_force[frame, skins[frame]] = normals[frame]
-            shear[frame] = self._cells.shear(tangentials[frame], skins[frame])
             on_mat[frame, place[mats[frame]]] = on_mats[frame]
         return {
             "normal_force": normal_force,
-            "shear": shear,
+            "shear": self._cells.shear(skins, tangentials),
             "mat_pressure": self._mat.pressure(on_mat, mat).astype(np.float32),
         }
-
-
-def _told(points: tuple[np.ndarray, ...], count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return which of `count` points occur in any frame (k,), and the place of each there."""
-    mark = np.zeros(count, bool)
-    for frame in points:
-        mark[frame] = True
-    return np.flatnonzero(mark), np.cumsum(mark) - 1

@@ -28,7 +28,7 @@ from simcore.contact.neighbour_grid import (
 )
 from simcore.contact.neighbours import Neighbours
 from simcore.contact.penalty import penalty_forces
-from simcore.contact.tangential import add_parts, add_to_mat, bearing, moved_on_mat
+from simcore.contact.tangential import Impulses, add_parts, add_to_mat, bearing, moved_on_mat
 from simcore.device.motion import DeviceState
 from simcore.device.surface import Surface
 from simcore.dynamics.pinocchio_views import SegmentViews
@@ -86,22 +86,20 @@ class SkinContact(Protocol):
     def stored_energy(self, segments: SegmentViews, device: DeviceState) -> float:
         """Return the elastic energy for the present poses [J]: Eq. E3."""
 
-    def add_skin_impulses(
-        self, duration: float, normal: np.ndarray, tangential: np.ndarray
-    ) -> float:
-        """Add what the present forces do to each skin vertex in a time [s]: (n,), (n, 3) [N s].
+    def add_skin_impulses(self, duration: float, on_skin: Impulses) -> float:
+        """Add what the present forces do to each skin vertex in a time [s].
 
-        World axes; returns the normal impulse of what slips, NaN with friction that knows no µ.
+        Returns the normal impulse of what slips [N s], NaN with friction that knows no µ.
         """
 
-    def add_mat_impulses(self, duration: float, total: np.ndarray) -> None:
-        """Add what the present forces on `Scene.mat_points` do to them in a time (N,) [N s]."""
+    def add_mat_impulses(self, duration: float, on_mat: Impulses) -> None:
+        """Add the normal part of what is done to `Scene.mat_points` in a time [s]."""
 
     def pace(self, segments: SegmentViews, device: DeviceState) -> float:
         """Return how long a step may be for the motion of the skin [s]: Eq. I3."""
 
-    def add_skin_to_mat(self, normal: np.ndarray, total: np.ndarray) -> None:
-        """Add the normal impulses on the skin (n,) that `add_mat_impulses` leaves out (N,)."""
+    def add_skin_to_mat(self, on_skin: Impulses, on_mat: Impulses) -> None:
+        """Add the normal impulses on the skin that `add_mat_impulses` leaves out."""
 
 
 class _OnSkin:
@@ -122,19 +120,17 @@ class _OnSkin:
         self.normal_force, self.along, self.across = np.zeros((3, count))
         self.contact_count, self.depth_max, self.deepest = 0, 0.0, -1
 
-    def add_skin_impulses(
-        self, duration: float, normal: np.ndarray, tangential: np.ndarray
-    ) -> float:
+    def add_skin_impulses(self, duration: float, on_skin: Impulses) -> float:
         """Implement `SkinContact.add_skin_impulses`."""
         return add_parts(
             self.listed, self.force, self.normal_force, self.normals, self._friction, duration,
-            normal, tangential,
+            *on_skin,
         )
 
-    def add_mat_impulses(self, duration: float, total: np.ndarray) -> None:
+    def add_mat_impulses(self, duration: float, on_mat: Impulses) -> None:
         """Implement `SkinContact.add_mat_impulses`: none."""
 
-    def add_skin_to_mat(self, normal: np.ndarray, total: np.ndarray) -> None:
+    def add_skin_to_mat(self, on_skin: Impulses, on_mat: Impulses) -> None:
         """Implement `SkinContact.add_skin_to_mat`: nothing is left out."""
 
     def _pose(self, segments: SegmentViews):
@@ -191,10 +187,11 @@ class PointContact(_OnSkin):
         """Implement `SkinContact.pace`: of what touched in the last evaluation."""
         return self._motion / self._fastest if self._fastest > 0 else np.inf
 
-    def add_mat_impulses(self, duration: float, total: np.ndarray) -> None:
+    def add_mat_impulses(self, duration: float, on_mat: Impulses) -> None:
         """Implement `SkinContact.add_mat_impulses`: every point has a force of its own."""
         rows = self._neighbours.rows
-        total[rows] += duration * self._point_force[rows]
+        on_mat.normal[rows] += duration * self._point_force[rows]
+        on_mat.acted_on[rows] = True
 
 
 @lru_cache(maxsize=4)
@@ -305,9 +302,9 @@ class FoundationContact(_OnSkin):
         """Implement `SkinContact.pace`."""
         return min(self._pace, self._near.pace(segments, device, FREE_MOTION * self._motion))
 
-    def add_skin_to_mat(self, normal: np.ndarray, total: np.ndarray) -> None:
+    def add_skin_to_mat(self, on_skin: Impulses, on_mat: Impulses) -> None:
         """Implement `SkinContact.add_skin_to_mat`: to the point of the mat that is nearest now."""
-        pressed = bearing(normal)
+        pressed = bearing(on_skin.acted_on, on_skin.normal)
         moved = moved_on_mat(
             pressed, self.points, self._device.rotation, self._device.position, self._mat_step,
             self._mat_place,
@@ -315,7 +312,7 @@ class FoundationContact(_OnSkin):
         if len(moved):
             _, nearest = nearest_within(*self._mat, self._mat_place, moved, np.inf)
             self._mat_point[moved] = nearest
-        add_to_mat(pressed, self._mat_point, normal, total)
+        add_to_mat(pressed, self._mat_point, on_skin.normal, on_mat.acted_on, on_mat.normal)
 
 
 def _flesh_law(scene: Scene) -> tuple:

@@ -12,7 +12,7 @@ from simcore.contact import tracking
 from simcore.contact.foundation_energy import energy_between
 from simcore.contact.layer import SHEAR_SHARE, STRAIN_MAX
 from simcore.contact.segment_motion import SkinTravel
-from simcore.contact.tangential import add_parts
+from simcore.contact.tangential import Impulses, add_parts
 from simcore.contact.tiles import spread_by_tiles
 from simcore.dynamics.pinocchio_views import SegmentViews
 from simcore.errors import SimulationError
@@ -196,37 +196,33 @@ class SheetOnSkin:
                 f" {time:.2f} s after the start of settling, with its point ({x:.2f}, {y:.2f}) m",
             )
 
-    def add_sheet_impulses(
-        self, duration: float, normal: np.ndarray, tangential: np.ndarray
-    ) -> float:
+    def add_sheet_impulses(self, duration: float, on_sheet: Impulses) -> float:
         """Add what the skin's mean forces of the last step do to sheet vertices in a time [s].
 
-        (m,), (m, 3) [N s]; returns the normal impulse of those that slip, NaN with friction that
-        knows no µ.
+        Returns the normal impulse of those that slip [N s], NaN with friction that knows no µ.
         """
         return add_parts(
             self._met, self._of_skin.force, self._of_skin.normal_force, self.planes.normal,
-            self.planes.friction_coefficient, duration, normal, tangential,
+            self.planes.friction_coefficient, duration, *on_sheet,
         )
 
     def spread(
-        self, on_sheet: np.ndarray, along_sheet: np.ndarray, sheet: np.ndarray, skin: np.ndarray,
-        normal: np.ndarray, tangential: np.ndarray,
+        self, on_sheet: Impulses, sheet: np.ndarray, skin: np.ndarray, on_skin: Impulses
     ) -> None:
         """Give impulses on sheet vertices back to the skin vertices under their tiles.
 
         Parameters
         ----------
-        on_sheet : (m,), along_sheet : (m, 3) float64
-            Normal and tangential [N s].
+        on_sheet : Impulses
+            On m vertices.
         sheet : (m, 3), skin : (n, 3) float64
             Positions [m].
-        normal : (n,), tangential : (n, 3) float64
-            Have the former and the opposite of the latter added.
+        on_skin : Impulses
+            Have the normal ones and the opposite of the tangential ones added.
         """
         spread_by_tiles(
-            on_sheet, along_sheet, sheet, skin, self._tracker.vertex, self._tracker.normal,
-            self._tile, *self._rings, self._vertex_area, normal, tangential,
+            on_sheet.normal, on_sheet.tangential, sheet, skin, self._tracker.vertex,
+            self._tracker.normal, self._tile, *self._rings, self._vertex_area, *on_skin,
         )
 
     def press(self, of_skin: ContactForce) -> None:

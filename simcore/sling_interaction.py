@@ -10,6 +10,7 @@ import pinocchio as pin
 
 from simcore.body.segments import INDEX
 from simcore.body.skin_listed import blend_listed, blend_motion_listed, wrench_listed
+from simcore.contact.tangential import Impulses
 from simcore.device.motion import DeviceState
 from simcore.dynamics.impedance import add_point_impedance, project_blocks
 from simcore.dynamics.implicit import IMPLICITNESS
@@ -141,21 +142,14 @@ class SlingInteraction(Interaction):
             places.append(frame.actInv(self.sheet.position[patch].mean(axis=0)))
         return np.array(places)
 
-    def add_mat_impulses(
-        self, duration: float, normal: np.ndarray, tangential: np.ndarray
-    ) -> float:
-        """Add those of the skin on each sheet vertex (m,), (m, 3); return what slips [N s]."""
-        return self._on_skin.add_sheet_impulses(duration, normal, tangential)
+    def add_mat_impulses(self, duration: float, on_mat: Impulses) -> float:
+        """Add those of the skin on each sheet vertex; return what slips [N s]."""
+        return self._on_skin.add_sheet_impulses(duration, on_mat)
 
-    def share_impulses(
-        self, point_normal: np.ndarray, point_tangential: np.ndarray, normal: np.ndarray,
-        tangential: np.ndarray,
-    ) -> None:
-        """Add the opposite of those on sheet vertices to the skin under their tiles [N s]."""
+    def share_impulses(self, on_mat: Impulses, on_skin: Impulses) -> None:
+        """Add the opposite of those on sheet vertices to the skin under their tiles."""
         self._pose(self._all, self._shown)  # tiles reach farther than what is near the sheet
-        self._on_skin.spread(
-            point_normal, point_tangential, self.sheet.position, self._shown, normal, tangential
-        )
+        self._on_skin.spread(on_mat, self.sheet.position, self._shown, on_skin)
 
     def sheet_frame(self) -> dict[str, np.ndarray]:
         """Return position [m] and strap forces [N] of the sheet."""

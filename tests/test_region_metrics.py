@@ -14,7 +14,7 @@ from sling_scenes import DESIGNS, PENALTY, sling_scene
 from test_metrics import CELL_EDGE, cells_of, end_of, figures, still
 
 from simcore.config import Design, Method, read_design
-from simcore.contact.tangential import add_parts
+from simcore.contact.tangential import Impulses, add_parts
 from simcore.dynamics.implicit import IMPLICITNESS
 from simcore.interaction import Interaction
 from simcore.metrics import METRICS, compute_metrics, skin_pressure
@@ -57,43 +57,70 @@ def test_parts_put_together_are_the_force(seed, friction):
     slips = rng.random(50) < 0.5  # those bear all that they can, the others four fifths
     across *= (np.where(slips, 1.0, 0.8) * friction * load / size)[:, None]
     listed = rng.permutation(50)[:30]
-    normal, tangential = np.zeros(50), np.zeros((50, 3))
+    impulses = Impulses.zero(50)
     slipping = add_parts(
-        listed, load[:, None] * normals + across, load, normals, friction, 0.5, normal, tangential
+        listed, load[:, None] * normals + across, load, normals, friction, 0.5, *impulses
     )
+    acted_on, normal, tangential = impulses
     assert normal[listed] == pytest.approx(0.5 * load[listed])
     assert tangential[listed] == pytest.approx(0.5 * across[listed], abs=1e-12)
     left = np.setdiff1d(np.arange(50), listed)
+    assert acted_on[listed].all() and not acted_on[left].any()
     assert not normal[left].any() and not tangential[left].any()
     if friction > 1e-6:
         assert slipping == pytest.approx(0.5 * load[listed][slips[listed]].sum())
 
 
 def test_friction_without_a_coefficient_has_no_slip():
-    normal, tangential = np.zeros(1), np.zeros((1, 3))
-    told = add_parts(
-        np.arange(1), np.ones((1, 3)), np.ones(1), np.array([[0, 0, 1.0]]), -1.0, 1.0, normal,
-        tangential,
+    impulses = Impulses.zero(1)
+    slipping = add_parts(
+        np.arange(1), np.ones((1, 3)), np.ones(1), np.array([[0, 0, 1.0]]), -1.0, 1.0, *impulses
     )
-    assert np.isnan(told)
-    assert tangential[0] == pytest.approx([1, 1, 0])
+    assert np.isnan(slipping)
+    assert impulses.tangential[0] == pytest.approx([1, 1, 0])
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 2))
+def test_impulses_are_taken_once(seed):
+    """Who bore a normal force is told, with both parts; friction without one is gone as well."""
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(1, 40))
+    impulses, expected = Impulses.zero(count), np.zeros((count, 4))
+    for _ in range(3):
+        points = rng.permutation(count)[: int(rng.integers(0, count + 1))]
+        normals, along = np.tile([0, 0, 1.0], (count, 1)), rng.normal(size=(count, 3))
+        load = rng.uniform(0.1, 9, count) * (rng.random(count) < 0.5)
+        along[:, 2] = 0
+        add_parts(points, load[:, None] * normals + along, load, normals, -1.0, 0.5, *impulses)
+        expected[points] += 0.5 * np.c_[load, along][points]
+    bore, normal, tangential = impulses.take()
+    assert np.array_equal(bore, np.flatnonzero(expected[:, 0]))
+    assert np.c_[normal, tangential] == pytest.approx(expected[bore])
+    assert not any(part.any() for part in impulses)
+    assert not len(impulses.take()[0])
 
 
 # A block on an incline
 
 
 def parts_of(block):
-    normal, tangential = np.zeros(len(block.rest)), np.zeros_like(block.rest)
+    impulses = Impulses.zero(len(block.rest))
     slipping = add_parts(
         np.arange(len(block.rest)), block.force, block.normal_force, block.normals,
-        block.friction, 1.0, normal, tangential,
+        block.friction, 1.0, *impulses,
     )
-    return normal, tangential, slipping
+    return impulses.normal, impulses.tangential, slipping
 
 
 def shear_of(block, tangential):
     skin_normals = np.tile([0, 0, -1.0], (len(block.rest), 1))
-    return SensorCells(block.rest, skin_normals, block.area, CELL_EDGE).shear(tangential)
+    return shear(SensorCells(block.rest, skin_normals, block.area, CELL_EDGE), tangential)
+
+
+def shear(cells, tangential):
+    """Return what cells read in one frame of forces (n, 3)."""
+    return cells.shear([np.arange(len(tangential))], [tangential])[0]
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.6, 0.9, 0.97])
@@ -140,7 +167,7 @@ def test_smooth_shear_does_not_depend_on_the_mesh():
         ball = trimesh.creation.icosphere(subdivisions, radius)
         cells, area = cells_of(ball)
         field = 1e4 * np.cross([0, 0, 1.0], ball.vertices) / radius
-        read.append(cells.shear(field * area[:, None])[:642])
+        read.append(shear(cells, field * area[:, None])[:642])
         true = np.linalg.norm(field[:642], axis=1)
     assert np.abs(read[0] - read[2]).max() < 0.03 * 1e4  # vertices 21 mm apart
     assert np.abs(read[1] - read[2]).max() < 0.01 * 1e4
@@ -151,9 +178,26 @@ def test_smooth_shear_does_not_depend_on_the_mesh():
 def test_opposite_shear_within_a_cell_cancels():
     points = np.array([[0.0, 0, 0], [0.004, 0, 0], [0.5, 0, 0]])
     cells = SensorCells(points, np.tile([0, 0, 1.0], (3, 1)), np.full(3, 1e-5), CELL_EDGE)
-    told = cells.shear(np.array([[0, 1.0, 0], [0, -1.0, 0], [0, 1.0, 0]]))
+    told = shear(cells, np.array([[0, 1.0, 0], [0, -1.0, 0], [0, 1.0, 0]]))
     assert told[2] == pytest.approx(1e5)  # alone, all of it is in its cell
     assert told[0] < 0.1 * told[2]
+
+
+def test_frames_are_read_each_by_itself():
+    """More of them than are averaged at a time, some of which bear nothing."""
+    rng = np.random.default_rng(4)
+    ball = trimesh.creation.icosphere(2, 0.05)
+    cells, _ = cells_of(ball)
+    count = len(ball.vertices)
+    bearing = [np.flatnonzero(rng.random(count) < 0.4 * (frame % 5)) for frame in range(150)]
+    forces = [rng.normal(size=(len(borne), 3)) for borne in bearing]
+    read = cells.shear(bearing, forces)
+    for frame, (borne, force) in enumerate(zip(bearing, forces, strict=True)):
+        everywhere = np.zeros((count, 3))
+        everywhere[borne] = force
+        assert read[frame] == pytest.approx(shear(cells, everywhere), rel=1e-6)
+    assert not read[::5].any()
+    assert not cells.shear([np.empty(0, int)], [np.empty((0, 3))]).any()
 
 
 # Figures of made-up trajectories
@@ -243,8 +287,9 @@ def test_parts_of_all_regions_add_up_to_the_force_on_the_body(law, design_with, 
         v[:3] = 0.1, 0.05, 0.0
         now.linearised(start, q, v, IMPLICITNESS * seen.method.time_step_s)
     count = body.skin.vertex_count
-    normal, tangential = np.zeros(count), np.zeros((count, 3))
-    slipping = now.add_skin_impulses(1.0, normal, tangential)
+    on_skin = Impulses.zero(count)
+    slipping = now.add_skin_impulses(1.0, on_skin)
+    _, normal, tangential = on_skin
     whole = tangential + normal[:, None] * now.contact.normals
     by_region = np.array([
         whole[body.vertex_region == region].sum(axis=0)

@@ -18,6 +18,7 @@ from sling_scenes import (
 
 from simcore.body.segments import INDEX
 from simcore.body.skin import wrench_on_segments
+from simcore.contact.tangential import Impulses
 from simcore.errors import SimulationError
 from simcore.metrics import compute_metrics, skin_pressure
 from simcore.sheet import ExplicitSolver
@@ -96,16 +97,17 @@ def test_forces_on_skin_vertices_arrive_as_wrenches_on_segments():
     expected = wrench_on_segments(steps.scene.body.skin, rotations, force)
     assert interaction.segment_wrench == pytest.approx(expected, abs=1e-6)
     contact = solver.reactions[-1].contact
-    on_sheet, along_sheet = np.zeros(len(contact.force)), np.zeros_like(contact.force)
-    slipping = interaction.add_mat_impulses(1.0, on_sheet, along_sheet)
+    on_mat, on_skin = Impulses.zero(len(contact.force)), Impulses.zero(len(force))
+    slipping = interaction.add_mat_impulses(1.0, on_mat)
+    _, on_sheet, along_sheet = on_mat
     friction = steps.scene.method.contact.friction_coefficient
     assert on_sheet == pytest.approx(contact.normal_force)
     size = np.linalg.norm(along_sheet, axis=1)
     assert np.hypot(on_sheet, size) == pytest.approx(np.linalg.norm(contact.force, axis=1))
     assert np.all(size <= friction * on_sheet * (1 + 1e-9))
     assert 0 < slipping < on_sheet.sum()
-    normal, tangential = np.zeros(len(force)), np.zeros_like(force)
-    interaction.share_impulses(on_sheet, along_sheet, normal, tangential)
+    interaction.share_impulses(on_mat, on_skin)
+    _, normal, tangential = on_skin
     assert normal.sum() == pytest.approx(contact.normal_force.sum())
     assert tangential.sum(axis=0) == pytest.approx(-along_sheet.sum(axis=0), abs=1e-9)
     assert np.all(normal >= 0)

@@ -1,5 +1,7 @@
 """Contact forces as a recorder adds them up: normal, tangential, what of it slips, and where."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from simcore.compiled import compiled
@@ -11,10 +13,56 @@ AT_LIMIT = 0.99
 """From this share of µN on, friction counts as slipping."""
 
 
+class Impulses(NamedTuple):
+    """Impulses on n points, added up over a frame.
+
+    Attributes
+    ----------
+    acted_on : (n,) bool
+        Whether a point had any.
+    normal : (n,), tangential : (n, 3) float64
+        Its parts; world axes [N s].
+    """
+
+    acted_on: np.ndarray
+    normal: np.ndarray
+    tangential: np.ndarray
+
+    @classmethod
+    def zero(cls, count: int) -> "Impulses":
+        """Return none yet, on so many points."""
+        return cls(np.zeros(count, bool), np.zeros(count), np.zeros((count, 3)))
+
+    def take(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return who bore a normal one (k,), and both parts there (k,), (k, 3); leave zero."""
+        return _take(*self)
+
+
 @compiled
-def add_parts(
-    listed, force, normal_force, normals, friction, duration, normal_total, tangential_total
-):
+def _take(acted_on, normal, tangential):
+    """Read and clear; a dashpot that would pull leaves friction without a normal force."""
+    points, count = np.empty(normal.size, np.int64), 0
+    for i in range(acted_on.size):
+        if acted_on[i]:
+            points[count] = i
+            count += 1
+    bore, normals, tangentials = np.empty(count, np.int64), np.empty(count), np.empty((count, 3))
+    found = 0
+    for i in points[:count]:
+        if normal[i] != 0.0:
+            bore[found], normals[found] = i, normal[i]
+            for a in range(3):
+                tangentials[found, a] = tangential[i, a]
+            found += 1
+        acted_on[i] = False
+        normal[i] = 0.0
+        for a in range(3):
+            tangential[i, a] = 0.0
+    return bore[:found], normals[:found], tangentials[:found]
+
+
+@compiled
+def add_parts(listed, force, normal_force, normals, friction, duration, acted_on, total, along):
     """Add the parts of each listed point's impulse; return the normal one of those that slip.
 
     Parameters
@@ -27,8 +75,8 @@ def add_parts(
         µ; negative: a law that knows none.
     duration : float
         How long the forces act [s].
-    normal_total : (n,), tangential_total : (n, 3) float64
-        Have normal and tangential impulse added [N s].
+    acted_on, total, along
+        The `Impulses` that they are added to.
 
     Returns
     -------
@@ -40,9 +88,11 @@ def add_parts(
         normal, square = normal_force[i], 0.0
         for a in range(3):
             tangential = force[i, a] - normal * normals[i, a]
-            tangential_total[i, a] += duration * tangential
+            along[i, a] += duration * tangential
             square += tangential * tangential
-        normal_total[i] += duration * normal
+        total[i] += duration * normal
+        if normal != 0.0 or square != 0.0:
+            acted_on[i] = True
         limit = AT_LIMIT * friction * normal
         if square >= limit * limit:
             slipping += duration * normal
@@ -50,21 +100,22 @@ def add_parts(
 
 
 @compiled
-def bearing(impulses):
-    """Return where impulses (n,) are not zero: as `numpy.flatnonzero`, at a fourth of its time."""
-    found, count = np.empty(impulses.size, np.int64), 0
-    for i in range(impulses.size):
-        if impulses[i] != 0.0:
+def bearing(acted_on, normal):
+    """Return which points (k,) have a normal impulse."""
+    found, count = np.empty(normal.size, np.int64), 0
+    for i in range(normal.size):
+        if acted_on[i] and normal[i] != 0.0:
             found[count] = i
             count += 1
     return found[:count].copy()
 
 
 @compiled
-def add_to_mat(pressed, point, normal, total):
-    """Add the impulse of each pressed vertex to its point of a mat (N,) [N s]."""
+def add_to_mat(pressed, point, normal, acted_on, total):
+    """Add the normal impulse of each pressed vertex to those on its point of a mat [N s]."""
     for i in pressed:
         total[point[i]] += normal[i]
+        acted_on[point[i]] = True
 
 
 @compiled

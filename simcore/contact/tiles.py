@@ -8,7 +8,7 @@ from simcore.compiled import compiled
 @compiled
 def spread_by_tiles(
     on_sheet, along_sheet, sheet, skin, vertex, normal, radius, ring_offsets, ring_next, area,
-    total, tangential,
+    acted_on, total, tangential,
 ):
     """Share each force among the vertices of two rings, by area and a cone of the tile's size.
 
@@ -46,6 +46,7 @@ def spread_by_tiles(
             count = 1
         for k in range(count):
             share = weight[k] / sum_of
+            acted_on[near[k]] = True
             total[near[k]] += on_sheet[p] * share
             for a in range(3):
                 tangential[near[k], a] -= along_sheet[p, a] * share
