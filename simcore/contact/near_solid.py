@@ -148,7 +148,7 @@ def _look(
     for j in range(reach.size):
         moved[j] = motion_bound(now[j], pose[j], centre[j], radius[j])
         pose[j] = now[j]
-    near, count = np.empty(bound.size, np.int64), 0
+    asked, within, count = np.empty(bound.size, np.int64), np.empty(bound.size), 0
     clearance[:] = np.inf
     for c in range(gap.size):
         way, most = _greatest(moved, reach, ball_offsets, ball_segment, c)
@@ -161,9 +161,7 @@ def _look(
             gap[c] = way_to_touch(phi, spacing) - wide
         if gap[c] >= most:
             is_near[c] = False
-            for e in range(ball_offsets[c], ball_offsets[c + 1]):
-                j = ball_segment[e]
-                clearance[j] = min(clearance[j], gap[c])
+            _lessen(clearance, ball_offsets, ball_segment, c, gap[c])
             continue
         for m in range(offsets[c], offsets[c + 1]):
             i = members[m]
@@ -171,19 +169,45 @@ def _look(
             # Of a cluster that was far, nothing is known of its vertices.
             bound[i] = bound[i] - way if is_near[c] else -np.inf
             if bound[i] < most:
-                x, y, z = _blend(influences, segments, weights, points, pose, i)
-                phi, _, _, _ = distance_and_gradient(values, origin, spacing, x, y, z)
-                bound[i] = way_to_touch(phi, spacing)
-                if bound[i] < most:
-                    near[count] = i
-                    count += 1
-            for e in range(influences[i], influences[i + 1]):
-                j = segments[e]
-                clearance[j] = min(clearance[j], bound[i])
+                asked[count], within[count] = i, most
+                count += 1
+            else:
+                _lessen(clearance, influences, segments, i, bound[i])
         is_near[c] = True
+    asked = asked[:count]
+    place = np.empty((count, 3))
+    for k in range(count):
+        place[k] = _blend(influences, segments, weights, points, pose, asked[k])
+    _look_up(values, origin, spacing, place, asked, bound)
+    count = 0
+    for k in range(asked.size):
+        i = asked[k]
+        _lessen(clearance, influences, segments, i, bound[i])
+        if bound[i] < within[k]:
+            asked[count] = i
+            count += 1
     for j in range(reach.size):
         allowance[j] = max(clearance[j], reach[j])
-    return near[:count].copy()
+    return asked[:count].copy()
+
+
+@compiled
+def _look_up(values, origin, spacing, place, asked, bound):
+    """Write the bounds of points by their places (k, 3), in the frame of the grid [m].
+
+    In a loop of its own, where nothing waits for what was read: many reads are under way at once.
+    """
+    for k in range(asked.size):
+        phi, _, _, _ = distance_and_gradient(
+            values, origin, spacing, place[k, 0], place[k, 1], place[k, 2])
+        bound[asked[k]] = way_to_touch(phi, spacing)
+
+
+@inlined
+def _lessen(clearance, offsets, segments, i, bound):
+    """Bring the clearances of the segments of row i down to a bound [m]."""
+    for e in range(offsets[i], offsets[i + 1]):
+        clearance[segments[e]] = min(clearance[segments[e]], bound)
 
 
 @inlined
