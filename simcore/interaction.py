@@ -105,7 +105,7 @@ class Interaction:
         return self.contact.add_skin_impulses(duration, on_skin)
 
     def add_mat_impulses(self, duration: float, on_mat: Impulses) -> float:
-        """Add what the present forces on `Scene.mat_points` do to them in a time [s].
+        """Add what the present forces on `Scene.mat` do to them in a time [s].
 
         Tangential parts only where they reach the skin through the mat; return the normal impulse
         of what of that slips [N s]. With a rigid device, all of the skin's are those of

@@ -1,8 +1,11 @@
 """What the joints of a scene do by themselves: posture control and passive structures."""
 
+from functools import lru_cache
+
 import numpy as np
 import pinocchio as pin
 
+from simcore.body.build import Body
 from simcore.body.segments import SEGMENTS
 from simcore.config.designs import Joints
 from simcore.dynamics.joints import PostureControl
@@ -27,7 +30,7 @@ class JointTorque:
         model, joints = scene.body.model, scene.method.joints
         self.stiffness, self.damping = joint_gains(model, joints)
         self._control = PostureControl(model, scene.configuration, self.stiffness, self.damping)
-        self.passive = PassiveJoints(model) if joints.passive == "anatomical" else None
+        self.passive = _passive_joints(scene.body) if joints.passive == "anatomical" else None
         self.passive_torque = np.zeros(model.nv)
 
     def torque(self, q: np.ndarray, v: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
@@ -46,6 +49,11 @@ class JointTorque:
     def stored_energy(self, q: np.ndarray) -> float:
         """Return the energy of the springs to the posture at q (60,) [J]."""
         return self._control.stored_energy(q)
+
+
+@lru_cache(maxsize=4)
+def _passive_joints(body: Body) -> PassiveJoints:
+    return PassiveJoints(body.model)
 
 
 def joint_gains(model: pin.Model, joints: Joints) -> tuple[np.ndarray, np.ndarray]:

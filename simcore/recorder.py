@@ -12,7 +12,7 @@ from simcore.device.motion import DeviceState
 from simcore.energy import TERMS
 from simcore.interaction import Interaction
 from simcore.pressure import SensorCells, SensorMat, told
-from simcore.scene import Scene
+from simcore.scene import Mat, Scene
 
 FALL_DISPLACEMENT = 0.15
 """A body whose centre of mass has moved this far from its place on the device has fallen [m].
@@ -56,7 +56,7 @@ class Trajectory:
     mat_pressure : (T, rows, columns) float32
         Reading of the sensor mat on what carries the body [Pa].
     mat_x, mat_y : (rows,), (columns,) float64
-        Centres of the mat's cells (`Scene.mat_points`) [m].
+        Centres of the mat's cells (`Scene.mat`) [m].
     sheet_position : (T, m, 3) float32 or None
         Vertices of the sheet, if there is one [m].
     strap_force : (T, s, 3) float64 or None
@@ -112,6 +112,11 @@ def _sensor_cells(body: Body, pitch: float) -> SensorCells:
     return SensorCells(rest, vertex_normals(body.skin, rest), body.skin.vertex_area, pitch)
 
 
+@lru_cache(maxsize=4)
+def _sensor_mat(mat: Mat, pitch: float) -> SensorMat:
+    return SensorMat(mat.points, mat.tile, pitch)
+
+
 class Recorder:
     """Observes every step and keeps a frame at the recording rate.
 
@@ -125,7 +130,7 @@ class Recorder:
         self._interaction = interaction
         self._period = 1 / scene.method.record_rate_hz
         self._frames: list[dict] = []
-        skin_count, point_count = scene.body.skin.vertex_count, len(scene.mat_points)
+        skin_count, point_count = scene.body.skin.vertex_count, len(scene.mat.points)
         # Impulses since the last frame; divided by its length they are mean forces.
         self._segments = np.zeros_like(interaction.segment_wrench[:, :3])
         self._support = np.zeros(3)
@@ -134,7 +139,7 @@ class Recorder:
         self._duration = 0.0
         self._depth_max = 0.0
         self._cells = sensor_cells(scene)
-        self._mat = SensorMat(scene.mat_points, scene.mat_tile, scene.method.sensor_pitch_m)
+        self._mat = _sensor_mat(scene.mat, scene.method.sensor_pitch_m)
         # Of each frame: skin vertices that bear force, and how much; and points of the mat.
         self._borne: list[tuple[np.ndarray, ...]] = []
         self._start = None

@@ -34,6 +34,22 @@ device vertex inside the body is missed."""
 
 
 @dataclass(frozen=True, eq=False)
+class Mat:
+    """Points that carry the body, as they lie on a flat mat.
+
+    Attributes
+    ----------
+    points : (N, 2) float64
+        [m].
+    tile : (2,) float64
+        Size of the part of the mat that each of them stands for [m].
+    """
+
+    points: np.ndarray
+    tile: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
 class Scene:
     """Everything that `simulate` needs.
 
@@ -71,22 +87,21 @@ class Scene:
         return float((self.body.mass + sheet) * -self.body.model.gravity.linear[2])
 
     @property
-    def mat_points(self) -> np.ndarray:
-        """Where the points that carry the body lie on a mat (N, 2) [m]: on the sheet, if any."""
+    def mat(self) -> Mat:
+        """The mat over what carries the body: the sheet, if any."""
         if self.sling:
-            return self.sling.solver.sheet.net.rest_position
-        return mat_coordinates(self.surface)
-
-    @property
-    def mat_tile(self) -> np.ndarray:
-        """Size of the part of the mat that each of those points stands for (2,) [m]."""
-        if self.sling:
-            return self.sling.solver.sheet.net.spacing
-        return np.full(2, self.surface.spacing)
+            net = self.sling.solver.sheet.net
+            return Mat(net.rest_position, net.spacing)
+        return _mat(self.surface)
 
     def surface_state(self, moved: DeviceState) -> DeviceState:
         """Return where the rigid surface is when the motion program is at `moved`."""
         return STILL if self.sling else moved
+
+
+@lru_cache(maxsize=4)
+def _mat(surface: Surface) -> Mat:
+    return Mat(mat_coordinates(surface), np.full(2, surface.spacing))
 
 
 def build_scene(design: Design, body_name: str, root: Path) -> Scene:

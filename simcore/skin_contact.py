@@ -93,7 +93,7 @@ class SkinContact(Protocol):
         """
 
     def add_mat_impulses(self, duration: float, on_mat: Impulses) -> None:
-        """Add the normal part of what is done to `Scene.mat_points` in a time [s]."""
+        """Add the normal part of what is done to `Scene.mat` in a time [s]."""
 
     def pace(self, segments: SegmentViews, device: DeviceState) -> float:
         """Return how long a step may be for the motion of the skin [s]: Eq. I3."""

@@ -18,7 +18,7 @@ def still(scene) -> tuple[Trajectory, np.ndarray]:
     skin_count = scene.body.skin.vertex_count
     pressure = np.zeros((4, skin_count))
     pressure[:, :400] = [[90e3], [20e3], [34e3], [90e3]]  # settles, held or falling, fallen
-    low, high = scene.mat_points.min(axis=0), scene.mat_points.max(axis=0)
+    low, high = scene.mat.points.min(axis=0), scene.mat.points.max(axis=0)
     mat_x, mat_y = (np.arange(*ends, 0.025) + 0.0125 for ends in zip(low, high, strict=True))
     reading = np.zeros((4, len(mat_x), len(mat_y)), np.float32)
     reading[:, 8, 4] = [60e3, 5e3, 24e3, 16e3]

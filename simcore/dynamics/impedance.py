@@ -59,7 +59,7 @@ def add_point_impedance(
             for f in range(e, offsets[i + 1]):
                 share = weights[e] * weights[f]
                 j, k = min(segments[e], segments[f]), max(segments[e], segments[f])
-                for c in range(PACKED):
+                for c in range(blocks.shape[2]):  # not unrolled, and so in vectors
                     blocks[j, k, c] += share * block[c]
 
 
