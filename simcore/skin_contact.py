@@ -310,7 +310,8 @@ class FoundationContact(_OnSkin):
             self._mat_place,
         )
         if len(moved):
-            _, nearest = nearest_within(*self._mat, self._mat_place, moved, np.inf)
+            unknown = np.full(len(moved), np.inf)
+            _, nearest = nearest_within(*self._mat, self._mat_place, moved, unknown, np.inf)
             self._mat_point[moved] = nearest
         add_to_mat(pressed, self._mat_point, on_skin.normal, on_mat.acted_on, on_mat.normal)
 

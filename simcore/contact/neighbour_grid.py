@@ -213,7 +213,7 @@ def near_patches(skin, chosen, slack, patch_centre, patch_radius, radius):
 
 
 @compiled
-def nearest_within(low, shape, starts, vertex, point, points, chosen, reach):
+def nearest_within(low, shape, starts, vertex, point, points, chosen, known, reach):
     """Return distance [m] and index of the sorted vertex nearest to each chosen point.
 
     Parameters
@@ -224,6 +224,8 @@ def nearest_within(low, shape, starts, vertex, point, points, chosen, reach):
         [m]
     chosen : (c,) int64
         Points to answer for.
+    known : (c,) float64
+        How far the nearest is at most [m]: infinite where nothing is known.
     reach : float
         Farther vertices are not looked for [m]: infinite, and −1.
     """
@@ -231,7 +233,7 @@ def nearest_within(low, shape, starts, vertex, point, points, chosen, reach):
     distance, nearest = np.full(chosen.size, np.inf), np.full(chosen.size, -1)
     for c in range(chosen.size):
         x, y, z = points[chosen[c], 0], points[chosen[c], 1], points[chosen[c], 2]
-        radius = min(SKIN_EDGE / 2, reach)
+        radius = min(known[c] if known[c] < np.inf else SKIN_EDGE / 2, reach)
         while True:
             count, least = _gather(point, low, shape, starts, x, y, z, radius, near, square)
             if count:

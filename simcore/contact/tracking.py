@@ -31,6 +31,9 @@ SECOND = 0.02
 far as that part was: so deep at most it enters another part unseen [m]."""
 
 
+ROUNDING = 1e-9
+"""Of a distance that bounds itself."""
+
 AHEAD = 3.0
 """What would have to be looked for again within so many times as long, going on like this, is
 looked for at once: a search of one point costs as much as one of hundreds."""
@@ -125,7 +128,8 @@ class SurfaceTracker:
         free = (self.vertex < 0) | (self.gap > 0)
         due = np.flatnonzero((self._unseen < np.minimum(AHEAD * self._way, SECOND)) & free)
         cells = sort_into_cells(vertices, self._all)
-        distance, self.vertex[due] = nearest_within(*cells, points, due, REACH)
+        known = _ways_to_followed(due, points, vertices, self.vertex)
+        distance, self.vertex[due] = nearest_within(*cells, points, due, known, REACH)
         # Another part of the body may be hardly farther than the one that is followed.
         self._unseen[due] = np.where(
             np.isfinite(distance), np.maximum(distance, SECOND), REACH - MARGIN
@@ -157,6 +161,21 @@ def _ways(points, points_then, rotation, position, travelled, way):
         way[p] = travelled + np.sqrt(
             (x - points_then[p, 0]) ** 2 + (y - points_then[p, 1]) ** 2
             + (z - points_then[p, 2]) ** 2)
+
+
+@compiled
+def _ways_to_followed(chosen, points, vertices, vertex):
+    """Return how far at most the vertices are that points follow (c,) [m], infinite for none."""
+    ways = np.full(chosen.size, np.inf)
+    for c in range(chosen.size):
+        p = chosen[c]
+        i = vertex[p]
+        if i >= 0:
+            square = 0.0
+            for axis in range(3):
+                square += (points[p, axis] - vertices[i, axis]) ** 2
+            ways[c] = np.sqrt(square) * (1.0 + ROUNDING)
+    return ways
 
 
 @compiled
