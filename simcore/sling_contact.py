@@ -13,7 +13,7 @@ from simcore.contact.foundation_energy import energy_between
 from simcore.contact.layer import SHEAR_SHARE, STRAIN_MAX
 from simcore.contact.segment_motion import SkinTravel
 from simcore.contact.tangential import Impulses, add_parts
-from simcore.contact.tiles import spread_by_tiles
+from simcore.contact.tiles import spread_by_tiles, two_rings
 from simcore.dynamics.pinocchio_views import SegmentViews
 from simcore.errors import SimulationError
 from simcore.scene import Scene, segment_of_vertex
@@ -67,7 +67,7 @@ class SheetOnSkin:
     def __init__(self, scene: Scene, lag: float):
         skin, net = scene.body.skin, scene.sling.solver.sheet.net
         self._body, self._law, self._net = scene.body, scene.sling.law, net
-        self._rings, self._vertex_area = (skin.ring_offsets, skin.ring_next), skin.vertex_area
+        self._two_rings, self._vertex_area = two_rings(skin), skin.vertex_area
         self._tile = max(np.sqrt(3 / np.pi * net.spacing.prod()), WINDOW)
         self._tracker = tracking.SurfaceTracker(len(net.mass), skin.ring_offsets, skin.ring_next)
         self._pelvis = INDEX["pelvis"]
@@ -222,7 +222,7 @@ class SheetOnSkin:
         """
         spread_by_tiles(
             on_sheet.normal, on_sheet.tangential, sheet, skin, self._tracker.vertex,
-            self._tracker.normal, self._tile, *self._rings, self._vertex_area, *on_skin,
+            self._tracker.normal, self._tile, *self._two_rings, self._vertex_area, *on_skin,
         )
 
     def press(self, of_skin: ContactForce) -> None:
