@@ -124,8 +124,9 @@ class SheetOnSkin:
         )
         if self._tracker.searched:
             self._travel.mark(segments)
-        # What was pressed, and is left, still has to tell what it did not take.
-        self.near = np.concatenate([self._tracker.near(), self._pressed[self._pressed >= 0]])
+        self.near = _moving(
+            self._tracker.vertex, self._tracker.gap, self._pressed, len(self.skin_normal)
+        )
 
     @property
     def followed(self) -> np.ndarray:
@@ -241,6 +242,24 @@ class SheetOnSkin:
             self.skin_across, self._pressed, self._direction, self._along, self._across,
             self._lead, self._step,
         )
+
+
+@compiled
+def _moving(vertex, gap, pressed, count):
+    """Return the skin vertices (l,) of `count`, each once, whose velocities are asked for.
+
+    Those near the sheet, and those that were pressed: what is left by the sheet still has to tell
+    what it did not take.
+    """
+    told, asked, found = np.zeros(count, np.bool_), np.empty(count, np.int64), 0
+    for p in range(vertex.size):
+        near = vertex[p] if gap[p] <= tracking.NEAR else -1
+        for i in (near, pressed[p]):
+            if i >= 0 and not told[i]:
+                told[i] = True
+                asked[found] = i
+                found += 1
+    return asked[:found].copy()
 
 
 @compiled

@@ -110,10 +110,6 @@ class SurfaceTracker:
             self._follow(points, vertices)
             self._pose_near()
 
-    def near(self) -> np.ndarray:
-        """Return the skin vertices (l,) that points within NEAR follow."""
-        return _followed(self.vertex, self.gap)
-
     def _follow(self, points: np.ndarray, vertices: np.ndarray) -> bool:
         return _follow(
             points, vertices, *self._rings, self._posed, self._last, self._clear, self._way,
@@ -233,14 +229,3 @@ def _follow(
             for axis in range(3):
                 normal[p, axis] = normals[axis, j]
     return True
-
-
-@compiled
-def _followed(vertex, gap):
-    near = np.empty(vertex.size, np.int64)
-    count = 0
-    for p in range(vertex.size):
-        if vertex[p] >= 0 and gap[p] <= NEAR:
-            near[count] = vertex[p]
-            count += 1
-    return near[:count].copy()
