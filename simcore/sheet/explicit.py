@@ -9,12 +9,11 @@ from simcore.compiled import fused
 from simcore.errors import DesignError
 from simcore.sheet.contact import PlaneContact
 from simcore.sheet.grid import SheetGrid, split, unite
-from simcore.sheet.grid_planes import GridPlanes
+from simcore.sheet.grid_planes import PUSHED, GridPlanes, meet_planes, put_on_grid, take_from_grid
 from simcore.sheet.hanging import BarState, bar_points
 from simcore.sheet.inertia import Inertia, whole_modes
 from simcore.sheet.solver import Reaction, Sheet, SheetState, check_finite, planes_of_bed
 from simcore.sheet.spring_pass import accelerate, carry, move, pull_springs
-from simcore.sheet.vertex_contact import solve_planes
 
 STABILITY_MARGIN = 1.1
 """Vertex inertia over the least that a stable sub-step needs (Eq. S8)."""
@@ -101,7 +100,8 @@ class ExplicitSolver:
         self._grid = grid = SheetGrid(sheet, self.inertia.local, precision)
         self._skin, self._bed = GridPlanes(grid), GridPlanes(grid, fixed=True)
         self._coarse, self._fine, self._velocity, self._before = (grid.zeros(3) for _ in range(4))
-        self._scratch = grid.zeros(len(grid.offsets), 3), grid.zeros()  # pulls, and nothing
+        self._pull = grid.zeros(len(grid.offsets), 3)
+        self._of_skin = grid.zeros(3)
         kept = sheet.net.compression_share
         self._springs = (
             grid.offsets, grid.stiffness, grid.rest_length, precision(sheet.net.buckling_strain),
@@ -136,9 +136,10 @@ class ExplicitSolver:
         strap_impulse = np.zeros_like(hanging[0])
         _substeps(
             coarse, self._fine, self._velocity, self._before, grid.precision(dt / count), count,
-            self._springs, self._weight, self._straps, hanging, strap_impulse, bed.arrays,
-            bed.friction, bed.met, skin.arrays, skin.friction, skin.met, self._whole,
-            self._scratch, self._span,
+            self._springs, self._weight, self._straps, hanging, strap_impulse,
+            (bed.arrays, bed.last, bed.friction), bed.met,
+            (skin.arrays, skin.last, skin.friction), skin.met, self._of_skin, self._whole,
+            self._pull, self._span,
         )
         unite(state.position, state.velocity, grid.place, coarse, self._fine, self._before)
         check_finite(state)
@@ -200,7 +201,7 @@ def _vertex_sums(sheet: Sheet, damping_time: float) -> tuple[np.ndarray, np.ndar
 @fused
 def _substeps(
     coarse, fine, velocity, before, h, count, springs, weight, straps, hanging, strap_impulse,
-    bed, bed_friction, on_bed, skin, skin_friction, on_skin, whole, scratch, span,
+    bed, on_bed, skin, on_skin, of_skin, whole, pull, span,
 ):
     """Take `count` sub-steps of length h [s]; arrays are those of the grid.
 
@@ -210,9 +211,8 @@ def _substeps(
     offsets, stiffness, rest_length, buckling_strain, share, damping_time = springs
     mass, mobility, gravity, drag_rate = weight
     gathered, spread, coupling = whole
-    pull, nothing = scratch
     first, last = span
-    time = h - h
+    of_skin[:] = time = h - h
     for _ in range(count):
         pull_springs(
             coarse, fine, before, offsets, stiffness, rest_length, buckling_strain, share,
@@ -227,18 +227,22 @@ def _substeps(
                 strap_impulse,
             )
         if on_bed:
-            solve_planes(
-                *bed, skin[2][0], skin[2][1], skin[2][2], fine, velocity, before, mobility,
-                *bed_friction, time, h, first, last,
-            )
+            if on_skin:
+                _push(skin[0][0], skin[1], skin[0][3], of_skin, bed[0][0], bed[1], bed[0][5])
+            meet_planes(*bed, fine, velocity, before, time, h)
         if on_skin:
-            solve_planes(
-                *skin, nothing, nothing, nothing, fine, velocity, before, mobility,
-                *skin_friction, time, h, first, last,
-            )
+            meet_planes(*skin, fine, velocity, before, time, h)
         carried = carry(velocity, before, gathered, coupling, first, last)
         move(fine, velocity, before, spread, carried, h, first, last)
         time += h
+
+
+@fused
+def _push(points, last, force, on_grid, bed_points, bed_last, of_bed):
+    """Tell the planes of the bed the force of the skin on their vertices, by way of the grid."""
+    for axis in range(3):
+        put_on_grid(points, last, force[axis], on_grid[axis])
+        take_from_grid(bed_points, bed_last, on_grid[axis], of_bed[PUSHED + axis])
 
 
 @fused

@@ -1,8 +1,7 @@
 """Contact and friction of all sheet vertices at once, implicit on each vertex (Eqs. S5 to S7).
 
-All loops run over the whole grid, without a branch, over arrays of one dimension and with unsigned
-indices, so that compilers vectorise them: a vertex that touches nothing costs as much as one that
-does, a seventh of what it cost by itself.
+All loops run without a branch, over arrays of one dimension and with unsigned indices, so that
+compilers vectorise them: a vertex costs a seventh of what it cost by itself.
 """
 
 import numpy as np
@@ -20,7 +19,7 @@ HEAT, SUMS = 3, 6  # after the impulse: heat, work of friction, loss
 @fused
 def solve_planes(
     law, tie, force, sums, gx, gy, gz, position, velocity, before, mobility, coefficient, epsilon,
-    time, h, first, last,
+    time, h, last,
 ):
     """Move the vertices that have a plane of one contact through a sub-step.
 
@@ -59,18 +58,18 @@ def solve_planes(
         µ, negative for the paper's friction, and ε of the latter [m/s].
     time, h : float
         Since the start of the step, and length of the sub-step [s].
-    first, last : uint64
-        Points to run over.
+    last : uint64
+        Columns before this one are those of vertices.
     """
     if coefficient < 0.0:
         _viscous(
             law, force, sums, gx, gy, gz, position, velocity, before, mobility, epsilon, time, h,
-            first, last,
+            last,
         )
     else:
         _sticking(
             law, tie, force, sums, gx, gy, gz, position, velocity, before, mobility, coefficient,
-            time, h, first, last,
+            time, h, last,
         )
 
 
@@ -110,7 +109,7 @@ def _act(
 @fused
 def _sticking(
     law, tie, force, sums, gx, gy, gz, position, velocity, before, mobility, coefficient, time, h,
-    first, last,
+    last,
 ):
     """As `solve_planes`, with friction that sticks."""
     nx, ny, nz, sx, sy, sz = law[0], law[1], law[2], law[3], law[4], law[5]
@@ -123,7 +122,7 @@ def _sticking(
         position[0], position[1], position[2], velocity[0], velocity[1], velocity[2])
     bx, by, bz = before[0], before[1], before[2]
     zero, half, one = law.dtype.type(0.0), law.dtype.type(0.5), law.dtype.type(1.0)
-    for p in range(first, last):
+    for p in range(np.uint64(0), last):
         rate = h * mobility[p]
         x, y, z = px[p], py[p], pz[p]
         ux, uy, uz = vx[p] + rate * gx[p], vy[p] + rate * gy[p], vz[p] + rate * gz[p]
@@ -190,8 +189,7 @@ def _sticking(
 
 @fused
 def _viscous(
-    law, force, sums, gx, gy, gz, position, velocity, before, mobility, epsilon, time, h, first,
-    last,
+    law, force, sums, gx, gy, gz, position, velocity, before, mobility, epsilon, time, h, last,
 ):
     """As `solve_planes`, with the paper's friction (Eq. S7); it has no ties."""
     nx, ny, nz, sx, sy, sz = law[0], law[1], law[2], law[3], law[4], law[5]
@@ -202,7 +200,7 @@ def _viscous(
         position[0], position[1], position[2], velocity[0], velocity[1], velocity[2])
     bx, by, bz = before[0], before[1], before[2]
     zero, half, one = law.dtype.type(0.0), law.dtype.type(0.5), law.dtype.type(1.0)
-    for p in range(first, last):
+    for p in range(np.uint64(0), last):
         rate = h * mobility[p]
         ux, uy, uz = vx[p] + rate * gx[p], vy[p] + rate * gy[p], vz[p] + rate * gz[p]
         surface = nx[p] * sx[p] + ny[p] * sy[p] + nz[p] * sz[p]
