@@ -101,7 +101,11 @@ class ExplicitSolver:
         self._skin, self._bed = GridPlanes(grid), GridPlanes(grid, fixed=True)
         self._coarse, self._fine, self._velocity, self._before = (grid.zeros(3) for _ in range(4))
         self._pull = grid.zeros(len(grid.offsets), 3)
-        self._of_skin = grid.zeros(3)
+        # Of what planes ask for, and of the force of those of the skin, in pairs of points.
+        self._pairs = tuple(
+            rows.view(grid.pair)
+            for rows in (self._fine, self._velocity, self._before, grid.zeros(3))
+        )
         kept = sheet.net.compression_share
         self._springs = (
             grid.offsets, grid.stiffness, grid.rest_length, precision(sheet.net.buckling_strain),
@@ -137,9 +141,9 @@ class ExplicitSolver:
         _substeps(
             coarse, self._fine, self._velocity, self._before, grid.precision(dt / count), count,
             self._springs, self._weight, self._straps, hanging, strap_impulse,
-            (bed.arrays, bed.last, bed.friction), bed.met,
-            (skin.arrays, skin.last, skin.friction), skin.met, self._of_skin, self._whole,
-            self._pull, self._span,
+            (bed.arrays, bed.pairs, bed.last, bed.friction), bed.met,
+            (skin.arrays, skin.pairs, skin.last, skin.friction), skin.met, self._pairs,
+            self._whole, self._pull, self._span,
         )
         unite(state.position, state.velocity, grid.place, coarse, self._fine, self._before)
         check_finite(state)
@@ -201,7 +205,7 @@ def _vertex_sums(sheet: Sheet, damping_time: float) -> tuple[np.ndarray, np.ndar
 @fused
 def _substeps(
     coarse, fine, velocity, before, h, count, springs, weight, straps, hanging, strap_impulse,
-    bed, on_bed, skin, on_skin, of_skin, whole, pull, span,
+    bed, on_bed, skin, on_skin, pairs, whole, pull, span,
 ):
     """Take `count` sub-steps of length h [s]; arrays are those of the grid.
 
@@ -212,7 +216,9 @@ def _substeps(
     mass, mobility, gravity, drag_rate = weight
     gathered, spread, coupling = whole
     first, last = span
-    of_skin[:] = time = h - h
+    of_grid, of_skin = pairs[:3], pairs[3]
+    of_skin[:] = 0.0
+    time = h - h
     for _ in range(count):
         pull_springs(
             coarse, fine, before, offsets, stiffness, rest_length, buckling_strain, share,
@@ -228,21 +234,22 @@ def _substeps(
             )
         if on_bed:
             if on_skin:
-                _push(skin[0][0], skin[1], skin[0][3], of_skin, bed[0][0], bed[1], bed[0][5])
-            meet_planes(*bed, fine, velocity, before, time, h)
+                _push(skin[1], skin[2], of_skin, bed[1], bed[2])
+            meet_planes(*bed, *of_grid, time, h)
         if on_skin:
-            meet_planes(*skin, fine, velocity, before, time, h)
+            meet_planes(*skin, *of_grid, time, h)
         carried = carry(velocity, before, gathered, coupling, first, last)
         move(fine, velocity, before, spread, carried, h, first, last)
         time += h
 
 
 @fused
-def _push(points, last, force, on_grid, bed_points, bed_last, of_bed):
+def _push(skin, skin_last, on_grid, bed, bed_last):
     """Tell the planes of the bed the force of the skin on their vertices, by way of the grid."""
+    (place, force, _), (bed_place, _, known) = skin, bed
     for axis in range(3):
-        put_on_grid(points, last, force[axis], on_grid[axis])
-        take_from_grid(bed_points, bed_last, on_grid[axis], of_bed[PUSHED + axis])
+        put_on_grid(place, skin_last, force[axis], on_grid[axis])
+        take_from_grid(bed_place, bed_last, on_grid[axis], known[PUSHED + axis])
 
 
 @fused

@@ -10,6 +10,9 @@ LANES = 16
 """Numbers of single precision in the widest registers: what loops run over is a multiple."""
 
 
+PAIRS = {np.float32: np.float64, np.float64: np.complex128}
+
+
 class SheetGrid:
     """The constant arrays of a sheet on its grid, with absent points before and after.
 
@@ -27,15 +30,15 @@ class SheetGrid:
         Of the springs by direction [m].
     mass, mobility : (N,)
         True mass [kg] and 1 / inertia [1/kg]; 0 where there is no vertex, or none that moves.
-    precision : type
-        Of all of these: single, or double.
+    precision, pair : type
+        Of all of these: single, or double; and of two such numbers that are moved as one.
     """
 
     def __init__(self, sheet: Sheet, inertia: np.ndarray, precision: type):
         net = sheet.net
         rows, columns = net.grid_shape
         reach = max(r * columns + c for r, c in SPRING_OFFSETS)
-        self.precision = precision
+        self.precision, self.pair = precision, PAIRS[precision]
         self.first = -(-reach // LANES) * LANES
         self.last = self.first - (-(rows * columns) // LANES) * LANES
         self.place = net.grid_place.astype(np.int64) + self.first

@@ -33,8 +33,8 @@ PUSHED, POSITION, VELOCITY, BEFORE, MOBILITY, OWN_SIZE = 0, 3, 6, 9, 12, 13
 class GridPlanes:
     """What `meet_planes` reads and writes of a contact.
 
-    A sheet touches with a part of its vertices: these have a column each, in their order, and some
-    that nothing touches fill the last vector.
+    A sheet touches with a part of its vertices. Pairs of points of the grid of which one or both
+    touch have two columns each, and some that nothing touches fill the last vector.
 
     Parameters
     ----------
@@ -45,8 +45,10 @@ class GridPlanes:
     Attributes
     ----------
     arrays : tuple
-        Points of the grid (N,) uint32, and the rows (·, N) of law, tie, force, sums, and of what
-        is known of the vertices.
+        Rows (·, N) of law, tie, force, sums, and of what is known of the vertices.
+    pairs : tuple
+        Where on the grid the pairs are (N / 2,) uint32, counted in pairs, and the rows of force
+        and of what is known, in pairs.
     last : uint64
         Columns before this one are in use.
     friction : tuple of two floats
@@ -57,12 +59,13 @@ class GridPlanes:
 
     def __init__(self, grid: SheetGrid, fixed: bool = False):
         self._grid = grid
-        self._chosen = np.empty(0, np.int64)  # vertices of the columns
+        self._chosen = self._column = np.empty(0, np.int64)  # vertices, and their columns
         self._fixed, self._substep = fixed, 0.0
         sizes = LAW_SIZE, TIE_SIZE, 3, SUMS, OWN_SIZE
-        self.arrays = (
-            np.zeros(grid.last + grid.first, np.uint32), *(grid.zeros(size) for size in sizes)
-        )
+        self.arrays = tuple(grid.zeros(size) for size in sizes)
+        _, _, force, _, own = self.arrays
+        self._pairs = np.zeros(force.shape[1] // 2, np.uint32)
+        self.pairs = self._pairs, force.view(grid.pair), own.view(grid.pair)
         self.last = np.uint64(0)
         self.friction = (0.0, 0.0)
         self.met = False
@@ -78,19 +81,21 @@ class GridPlanes:
         if not self.met:
             return
         as_it_is = self._fixed and h == self._substep and np.array_equal(chosen, self._chosen)
-        self._chosen, self._substep = chosen, h
-        self.last = np.uint64(-(-len(chosen) // LANES) * LANES)
-        points, law, tie, force, sums, own = self.arrays
+        law, tie, force, sums, own = self.arrays
         if not as_it_is:
+            self._chosen, self._substep = chosen, h
+            self._column, count = _pair_up(grid.place[chosen], self._pairs)
+            self.last = np.uint64(-(-2 * count // LANES) * LANES)
+            self._pairs[count : self.last // 2] = 0
             _lay_law(
-                chosen, contact.normal, contact.stiffness, contact.damping,
+                chosen, self._column, contact.normal, contact.stiffness, contact.damping,
                 contact.surface_velocity, contact.tangential_stiffness,
                 contact.tangential_damping, contact.friction_force, grid.place, grid.mobility, h,
-                self.last, points, law, own,
+                law[:, : self.last], own[:, : self.last],
             )
         _lay_state(
-            chosen, contact.normal, contact.offset, contact.anchor, contact.force, points, coarse,
-            self.last, law, tie, force, sums,
+            chosen, self._column, contact.normal, contact.offset, contact.anchor, contact.force,
+            grid.place, coarse, self.last, law, tie, force, sums,
         )
 
     def read(
@@ -116,69 +121,83 @@ class GridPlanes:
         of_sheet = ContactForce(np.zeros(position.shape), np.zeros(len(position)))
         if not self.met:
             return of_sheet, np.zeros(3), np.zeros(3)
-        points, _, tie, force, sums, _ = self.arrays
+        _, tie, force, sums, _ = self.arrays
         total, spent = _read(
-            self._chosen, contact.normal, contact.surface_velocity, points, coarse, position,
-            duration, tie, force, sums, of_sheet.force, of_sheet.normal_force, contact.anchor,
-            contact.force,
+            self._chosen, self._column, contact.normal, contact.surface_velocity,
+            self._grid.place, coarse, position, duration, tie, force, sums, of_sheet.force,
+            of_sheet.normal_force, contact.anchor, contact.force,
         )
         return of_sheet, total, spent
 
 
 @fused
-def meet_planes(arrays, last, friction, position, velocity, before, time, h):
+def meet_planes(arrays, pairs, last, friction, position, velocity, before, time, h):
     """Move the vertices that have a plane through a sub-step: `solve_planes`.
 
     Parameters
     ----------
-    arrays, last, friction
+    arrays, pairs, last, friction
         Of `GridPlanes`.
-    position, velocity, before : (3, N)
-        Of all points of the grid, as in `solve_planes`.
+    position, velocity, before : (3, N / 2)
+        Of all points of the grid, as in `solve_planes`, in pairs.
     time, h : float
         [s]
     """
-    points, law, tie, force, sums, own = arrays
+    law, tie, force, sums, own = arrays
+    place, _, own_pairs = pairs
     for axis in range(3):
-        take_from_grid(points, last, position[axis], own[POSITION + axis])
-        take_from_grid(points, last, velocity[axis], own[VELOCITY + axis])
-        take_from_grid(points, last, before[axis], own[BEFORE + axis])
+        take_from_grid(place, last, position[axis], own_pairs[POSITION + axis])
+        take_from_grid(place, last, velocity[axis], own_pairs[VELOCITY + axis])
+        take_from_grid(place, last, before[axis], own_pairs[BEFORE + axis])
     solve_planes(
         law, tie, force, sums, own[PUSHED], own[PUSHED + 1], own[PUSHED + 2],
         own[POSITION : POSITION + 3], own[VELOCITY : VELOCITY + 3], own[BEFORE : BEFORE + 3],
         own[MOBILITY], *friction, time, h, last,
     )
     for axis in range(3):
-        put_on_grid(points, last, own[VELOCITY + axis], velocity[axis])
+        put_on_grid(place, last, own_pairs[VELOCITY + axis], velocity[axis])
 
 
 @fused
-def take_from_grid(points, last, of_grid, out):
-    """Write what the grid (N,) has at the points of all columns."""
-    for column in range(np.uint64(0), last):
-        out[column] = of_grid[points[column]]
+def take_from_grid(place, last, of_grid, out):
+    """Write what the grid has where the pairs of columns are; all of these in pairs."""
+    for pair in range(np.uint64(0), last // np.uint64(2)):
+        out[pair] = of_grid[place[pair]]
 
 
 @fused
-def put_on_grid(points, last, values, of_grid):
-    """Write the values of all columns at their points; those that fill up are absent ones."""
-    for column in range(np.uint64(0), last):
-        of_grid[points[column]] = values[column]
+def put_on_grid(place, last, values, of_grid):
+    """Write the values of pairs of columns where they are; those that fill up are absent ones."""
+    for pair in range(np.uint64(0), last // np.uint64(2)):
+        of_grid[place[pair]] = values[pair]
+
+
+@compiled
+def _pair_up(points, pairs):
+    """Write the pairs that these points of a grid (k,), in their order, belong to.
+
+    Returns the column of each point, and the number of pairs.
+    """
+    column, count = np.empty(points.size, np.int64), 0
+    for e in range(points.size):
+        if count == 0 or pairs[count - 1] != points[e] // 2:
+            pairs[count] = points[e] // 2
+            count += 1
+        column[e] = 2 * (count - 1) + points[e] % 2
+    return column, count
 
 
 @compiled
 def _lay_law(
-    chosen, normal, stiffness, damping, surface_velocity, tangential_stiffness,
-    tangential_damping, friction_force, place, mobility, h, last, points, law, own,
+    chosen, columns, normal, stiffness, damping, surface_velocity, tangential_stiffness,
+    tangential_damping, friction_force, place, mobility, h, law, own,
 ):
     """Write the planes of the chosen vertices but for their depths; the rest give no force."""
-    for column in range(chosen.size, last):
-        points[column] = 0
-        law[:, column] = 0.0
-        own[MOBILITY, column] = 0.0
-    for column in range(chosen.size):
-        i = chosen[column]
-        points[column] = place[i]
+    law[:] = 0.0
+    law[DEPTH] = -1.0
+    own[MOBILITY] = 0.0
+    for e in range(chosen.size):
+        i, column = chosen[e], columns[e]
         own[MOBILITY, column] = mobility[place[i]]
         for axis in range(3):
             law[NORMAL + axis, column] = normal[i, axis]
@@ -195,18 +214,17 @@ def _lay_law(
 
 @compiled
 def _lay_state(
-    chosen, normal, offset, anchor, last_force, points, coarse, last, law, tie, force, sums
+    chosen, columns, normal, offset, anchor, last_force, place, coarse, last, law, tie, force, sums
 ):
     """Write the depths, ties and forces from which a step starts."""
-    for row in range(sums.shape[0]):
-        for column in range(last):
+    for column in range(last):
+        for row in range(sums.shape[0]):
             sums[row, column] = 0.0
-    for column in range(chosen.size, last):
-        law[DEPTH, column], tie[OPEN, column] = -1.0, 1.0
         for axis in range(3):
             tie[axis, column] = force[axis, column] = 0.0
-    for column in range(chosen.size):
-        i, p = chosen[column], points[column]
+        tie[OPEN, column] = 1.0
+    for e in range(chosen.size):
+        i, column, p = chosen[e], columns[e], place[chosen[e]]
         tie[OPEN, column] = 0.0
         depth = offset[i]
         for axis in range(3):
@@ -218,16 +236,16 @@ def _lay_state(
 
 @compiled
 def _read(
-    chosen, normal, surface_velocity, points, coarse, position, duration, tie, force, sums, mean,
-    normal_force, anchor, last_force,
+    chosen, columns, normal, surface_velocity, place, coarse, position, duration, tie, force, sums,
+    mean, normal_force, anchor, last_force,
 ):
     """Write the means of a step and the state of the planes at its end.
 
     Returns the sums of the means and of what was spent.
     """
     total, spent = np.zeros(3), np.zeros(3)
-    for column in range(chosen.size):
-        i, p = chosen[column], points[column]
+    for e in range(chosen.size):
+        i, column, p = chosen[e], columns[e], place[chosen[e]]
         for axis in range(3):
             spent[axis] += sums[HEAT + axis, column]
             mean[i, axis] = sums[axis, column] / duration

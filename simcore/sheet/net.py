@@ -53,7 +53,7 @@ class Net:
     grid_shape : (int, int)
         Rows (along x) and columns (along y) of the grid that holds the net.
     grid_place : (n,) int32
-        Place of each vertex in the flattened grid.
+        Place of each vertex in the flattened grid, ascending.
     spacing : (2,) float64
         Of rows and of columns [m].
     outline : (m, 2) float64
