@@ -6,14 +6,14 @@ import numpy as np
 
 from simcore.body.flesh import THICKNESS_SHARE, limb_depth
 from simcore.body.segments import INDEX, SEGMENTS
-from simcore.body.skin_listed import segment_balls
+from simcore.body.skin_listed import segment_balls, two_rings
 from simcore.compiled import compiled
 from simcore.contact import tracking
 from simcore.contact.foundation_energy import energy_between
 from simcore.contact.layer import SHEAR_SHARE, STRAIN_MAX
 from simcore.contact.segment_motion import SkinTravel
 from simcore.contact.tangential import Impulses, add_parts
-from simcore.contact.tiles import spread_by_tiles, two_rings
+from simcore.contact.tiles import spread_by_tiles
 from simcore.dynamics.pinocchio_views import SegmentViews
 from simcore.errors import SimulationError
 from simcore.scene import Scene, segment_of_vertex

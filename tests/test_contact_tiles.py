@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 from scipy.sparse.csgraph import shortest_path
 
 from simcore.body.skin import build_skin
+from simcore.body.skin_listed import two_rings
 from simcore.contact.tangential import Impulses
-from simcore.contact.tiles import spread_by_tiles, two_rings
+from simcore.contact.tiles import spread_by_tiles
 
 RADIUS = 0.1
 BALL = trimesh.creation.icosphere(3, RADIUS)

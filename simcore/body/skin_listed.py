@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy.sparse import csr_array, eye_array
 
 from simcore.body.skin import Skin
 from simcore.compiled import compiled
@@ -95,6 +96,17 @@ def edge_change_rate(
         change = np.abs(weights[near] - weights[centre]).sum(axis=1)
         np.maximum.at(rate, centre, turn + change * (1 + turn))
     return rate
+
+
+@lru_cache(maxsize=4)
+def two_rings(skin: Skin) -> tuple[np.ndarray, np.ndarray]:
+    """Return offsets (n + 1,), and the vertices within two edges of each, itself among them."""
+    near = csr_array(
+        (np.ones(len(skin.ring_next), bool), skin.ring_next[:, 0], skin.ring_offsets),
+        shape=(skin.vertex_count, skin.vertex_count),
+    ) + eye_array(skin.vertex_count, dtype=bool, format="csr")
+    twice = near @ near
+    return twice.indptr, twice.indices
 
 
 @compiled

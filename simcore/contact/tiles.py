@@ -1,23 +1,8 @@
 """The skin under the tiles of a sheet: what presses a sheet vertex presses all that lies there."""
 
-from functools import lru_cache
-
 import numpy as np
-from scipy.sparse import csr_array, eye_array
 
-from simcore.body.skin import Skin
 from simcore.compiled import compiled
-
-
-@lru_cache(maxsize=4)
-def two_rings(skin: Skin) -> tuple[np.ndarray, np.ndarray]:
-    """Return offsets (n + 1,), and the vertices within two edges of each, itself among them."""
-    near = csr_array(
-        (np.ones(len(skin.ring_next), bool), skin.ring_next[:, 0], skin.ring_offsets),
-        shape=(skin.vertex_count, skin.vertex_count),
-    ) + eye_array(skin.vertex_count, dtype=bool, format="csr")
-    twice = near @ near
-    return twice.indptr, twice.indices
 
 
 @compiled
@@ -29,6 +14,23 @@ def spread_by_tiles(
 
     Without, a sheet of another mesh than the skin's would press some vertices twice and leave
     others out.
+
+    Parameters
+    ----------
+    on_sheet : (m,), along_sheet : (m, 3) float64
+        Normal and tangential impulses on sheet vertices [N s].
+    sheet : (m, 3), skin : (n, 3) float64
+        Positions [m].
+    vertex : (m,) int64, normal : (m, 3) float64
+        Skin vertex that each sheet vertex follows, −1 for none, and its normal.
+    radius : float
+        Of a tile [m].
+    offsets, near
+        Of `simcore.body.skin_listed.two_rings`.
+    area : (n,) float64
+        Of the skin vertices [m²].
+    acted_on, total, tangential
+        `Impulses` on the skin, added to: the normal ones, and the opposite of the tangential ones.
     """
     weight = np.empty(np.diff(offsets).max())
     for p in range(on_sheet.size):

@@ -10,9 +10,6 @@ LANES = 16
 """Numbers of single precision in the widest registers: what loops run over is a multiple."""
 
 
-PAIRS = {np.float32: np.float64, np.float64: np.complex128}
-
-
 class SheetGrid:
     """The constant arrays of a sheet on its grid, with absent points before and after.
 
@@ -38,7 +35,8 @@ class SheetGrid:
         net = sheet.net
         rows, columns = net.grid_shape
         reach = max(r * columns + c for r, c in SPRING_OFFSETS)
-        self.precision, self.pair = precision, PAIRS[precision]
+        self.precision = precision
+        self.pair = np.float64 if precision is np.float32 else np.complex128
         self.first = -(-reach // LANES) * LANES
         self.last = self.first - (-(rows * columns) // LANES) * LANES
         self.place = net.grid_place.astype(np.int64) + self.first
