@@ -63,7 +63,9 @@ class Inertia:
 
     def kinetic_energy(self, velocity: np.ndarray) -> float:
         """Return v·M v / 2 of velocities (n, 3) [J]."""
-        return float((velocity * self.momenta(velocity)).sum() / 2)
+        carried = self.gathered.T @ velocity
+        alone = self.local @ np.einsum("ij,ij->i", velocity, velocity)
+        return float(alone - (carried * (self._taken_off @ carried)).sum()) / 2
 
     def kick(self, velocity: np.ndarray, impulse: np.ndarray) -> float:
         """Add M⁻¹ J to velocities (n, 3) for impulses J (n, 3) [N s]; return the energy given [J].
