@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simcore.compiled import compiled, fused
+from simcore.compiled import compiled, fused, inlined
 from simcore.sheet.contact import ContactForce, PlaneContact
 from simcore.sheet.grid import LANES, SheetGrid
 from simcore.sheet.vertex_contact import (
@@ -91,7 +91,7 @@ class GridPlanes:
                 chosen, self._column, contact.normal, contact.stiffness, contact.damping,
                 contact.surface_velocity, contact.tangential_stiffness,
                 contact.tangential_damping, contact.friction_force, grid.place, grid.mobility, h,
-                law[:, : self.last], own[:, : self.last],
+                self.last, law, own,
             )
         _lay_state(
             chosen, self._column, contact.normal, contact.offset, contact.anchor, contact.force,
@@ -187,15 +187,22 @@ def _pair_up(points, pairs):
     return column, count
 
 
+@inlined
+def _fill(rows, last, value):
+    """Write a value into all columns in use; row by row, as they lie in memory."""
+    for row in range(rows.shape[0]):
+        rows[row, :last] = value
+
+
 @compiled
 def _lay_law(
     chosen, columns, normal, stiffness, damping, surface_velocity, tangential_stiffness,
-    tangential_damping, friction_force, place, mobility, h, law, own,
+    tangential_damping, friction_force, place, mobility, h, last, law, own,
 ):
     """Write the planes of the chosen vertices but for their depths; the rest give no force."""
-    law[:] = 0.0
-    law[DEPTH] = -1.0
-    own[MOBILITY] = 0.0
+    _fill(law, last, 0.0)
+    law[DEPTH, :last] = -1.0
+    own[MOBILITY, :last] = 0.0
     for e in range(chosen.size):
         i, column = chosen[e], columns[e]
         own[MOBILITY, column] = mobility[place[i]]
@@ -217,12 +224,10 @@ def _lay_state(
     chosen, columns, normal, offset, anchor, last_force, place, coarse, last, law, tie, force, sums
 ):
     """Write the depths, ties and forces from which a step starts."""
-    for column in range(last):
-        for row in range(sums.shape[0]):
-            sums[row, column] = 0.0
-        for axis in range(3):
-            tie[axis, column] = force[axis, column] = 0.0
-        tie[OPEN, column] = 1.0
+    _fill(sums, last, 0.0)
+    _fill(force, last, 0.0)
+    _fill(tie, last, 0.0)
+    tie[OPEN, :last] = 1.0
     for e in range(chosen.size):
         i, column, p = chosen[e], columns[e], place[chosen[e]]
         tie[OPEN, column] = 0.0
