@@ -1,5 +1,6 @@
 """A sheet on a bed, and between bed and body, against closed forms."""
 
+from copy import deepcopy
 from dataclasses import replace
 from math import cos, sin
 
@@ -87,6 +88,24 @@ def test_bed_and_body_share_the_load_of_what_is_between_them(kind):
     weight, total = sheet.net.mass.sum() * G, squeeze * FOUNDATION * SIDE**2
     assert reaction.bed_force[2] == pytest.approx((total + weight) / 2, rel=2e-3)
     assert reaction.contact.normal_force.sum() == pytest.approx((total - weight) / 2, rel=2e-3)
+
+
+@pytest.mark.parametrize("part", [slice(None), slice(40, 140)], ids=["all", "part"])
+def test_a_body_that_has_left_pushes_no_more(part):
+    """The solver that knew it goes on as one that never did."""
+    sheet = sheet_on_bed(friction=0.4)
+    used, state = ExplicitSolver(sheet, SUBSTEP), lay_flat(sheet.net, np.zeros(3))
+    contact = press(sheet, 1e-3)
+    contact.active[:] = False
+    contact.active[part] = True
+    for _ in range(5):
+        assert used.advance(state, 2e-3, contact, STILL_BAR).contact.normal_force.any()
+    other = deepcopy(state)
+    for solver, each in ((used, state), (ExplicitSolver(sheet, SUBSTEP), other)):
+        reaction = solver.advance(each, 2e-3, untouched(sheet), STILL_BAR)
+        assert not reaction.contact.force.any()
+    assert np.array_equal(state.position, other.position)
+    assert np.array_equal(state.velocity, other.velocity)
 
 
 @pytest.mark.parametrize("kind", [0, 1])

@@ -233,8 +233,7 @@ def _substeps(
                 strap_impulse,
             )
         if on_bed:
-            if on_skin:
-                _push(skin[1], skin[2], of_skin, bed[1], bed[2])
+            _push(skin[1], skin[2], of_skin, bed[1], bed[2])
             meet_planes(*bed, *of_grid, time, h)
         if on_skin:
             meet_planes(*skin, *of_grid, time, h)

@@ -79,6 +79,7 @@ class GridPlanes:
         chosen = np.flatnonzero(contact.active)
         self.met = bool(len(chosen))
         if not self.met:
+            self._chosen, self.last = chosen, np.uint64(0)
             return
         as_it_is = self._fixed and h == self._substep and np.array_equal(chosen, self._chosen)
         law, tie, force, sums, own = self.arrays
