@@ -17,7 +17,6 @@ makes in the time looked ahead, it is asked at every step whether it can touch. 
 the result they change no more than what Eq. I3 is told of clearances."""
 
 
-
 class NearSolid:
     """The list of the skin vertices that may touch a solid, or will within a time.
 

@@ -101,7 +101,7 @@ def add_parts(listed, force, normal_force, normals, friction, duration, acted_on
 
 @compiled
 def bearing(acted_on, normal):
-    """Return which points (k,) have a normal impulse."""
+    """Return which points (k,) of `Impulses` have a normal one; those not acted on are not read."""
     found, count = np.empty(normal.size, np.int64), 0
     for i in range(normal.size):
         if acted_on[i] and normal[i] != 0.0:

@@ -202,6 +202,7 @@ def _vertex_sums(sheet: Sheet, damping_time: float) -> tuple[np.ndarray, np.ndar
     np.add.at(damping, straps.patch_vertex, half * straps.damping[strap])
     return stiffness, damping
 
+
 @fused
 def _substeps(
     coarse, fine, velocity, before, h, count, springs, weight, straps, hanging, strap_impulse,
