@@ -16,18 +16,16 @@ from simcore.body.skin_listed import (
     segment_balls,
     skin_parts,
 )
+from simcore.contact.device_patches import DevicePoints, device_points
 from simcore.contact.foundation import LOOKED_AHEAD, foundation_forces, release
 from simcore.contact.foundation_energy import foundation_energy, foundation_power
 from simcore.contact.layer import compliance
 from simcore.contact.near_solid import NearSolid
-from simcore.contact.neighbour_grid import (
-    DevicePoints,
-    device_points,
-    nearest_within,
-    sort_into_cells,
-)
+from simcore.contact.neighbour_grid import nearest_within, sort_into_cells
 from simcore.contact.neighbours import Neighbours
-from simcore.contact.penalty import penalty_forces
+from simcore.contact.penalty import find_contacts, penalty_forces
+from simcore.contact.segment_motion import write_relative
+from simcore.contact.skin_kinds import SkinKinds, skin_kinds
 from simcore.contact.tangential import Impulses, add_parts, add_to_mat, bearing, moved_on_mat
 from simcore.device.motion import DeviceState
 from simcore.device.surface import Surface
@@ -133,11 +131,6 @@ class _OnSkin:
     def add_skin_to_mat(self, on_skin: Impulses, on_mat: Impulses) -> None:
         """Implement `SkinContact.add_skin_to_mat`: nothing is left out."""
 
-    def _pose(self, segments: SegmentViews):
-        return lambda indices: blend_listed(
-            indices, *self._influences, segments.rotations, segments.positions, self.points
-        )
-
     def _move(self, segments: SegmentViews) -> None:
         blend_motion_listed(
             self.listed, *self._influences, segments.rotations, segments.positions,
@@ -146,42 +139,63 @@ class _OnSkin:
 
 
 class PointContact(_OnSkin):
-    """The paper's: a spring at each contact point of the device (Eqs. 6 and 7)."""
+    """The paper's: a spring at each contact point of the device (Eqs. 6 and 7).
+
+    All is looked at from the device, which its points stand still in.
+    """
 
     def __init__(self, scene: Scene):
         super().__init__(scene)
         skin, law = scene.body.skin, scene.method.contact
         self._rings = skin.ring_offsets, skin.ring_next
-        self._device_vertices = scene.surface.contact_points
-        parts, rate = _parts(scene.body)
+        device = _device_points(scene.surface)
+        self._device_points = device.vertices
+        self._patches = device.patches.points, device.patches.vertex
         self._neighbours = Neighbours(
-            _device_points(scene.surface), skin.influence_offsets, parts.offsets,
-            parts.of_influence, parts.centre, parts.radius, *self._rings, rate,
+            device, *_moving_skin(scene.body), self._rings, _bending(scene.body),
             law.search_radius_m,
         )
+        self._search_radius = law.search_radius_m
         self._law = (
             law.stiffness_n_per_m, law.damping_ns_per_m, law.friction_force_n,
-            law.friction_velocity_m_per_s, law.search_radius_m,
+            law.friction_velocity_m_per_s,
         )
-        self._point_force = np.zeros(len(self._device_vertices))
+        self._outward = np.zeros((skin.vertex_count, 3))
+        self._pose = np.zeros((len(SEGMENTS), 3, 4))
+        self._touching, self._on_point = np.empty(0, np.int64), np.empty(0)
         steps = scene.method.adaptive_step
         self._motion, self._fastest = steps.motion_m if steps else np.inf, 0.0
 
     def evaluate(self, segments: SegmentViews, device: DeviceState, lag: float) -> None:
         """Implement `SkinContact.evaluate`; it has no impedance, steps are explicit."""
+        write_relative(
+            segments.rotations, segments.positions, device.rotation, device.position, self._pose
+        )
+        rotations, positions, skin = self._pose[:, :, :3], self._pose[:, :, 3], self.points
         neighbours = self._neighbours
-        neighbours.update(
-            segments.rotations, segments.positions, device, self._pose(segments), self.points
+
+        def pose(indices):
+            blend_listed(indices, *self._influences, rotations, positions, skin)
+
+        neighbours.update(self._pose, pose, skin)
+        pose(neighbours.listed)
+        self._touching, vertex, depth, self.listed = find_contacts(
+            neighbours.patches, neighbours.first, neighbours.last, neighbours.near,
+            *self._patches, skin, *self._rings, self._search_radius, self._outward,
         )
-        self.listed = neighbours.listed
-        self._move(segments)
-        count, depth_max, deepest, self._fastest = penalty_forces(
-            neighbours.rows, neighbours.offsets, neighbours.candidates, neighbours.listed,
-            self.points, self._velocities, *self._rings, self._device_vertices,
-            device.rotation, device.position, device.linear_velocity, device.angular_velocity,
-            *self._law, self.force, self.normal_force, self.normals, self._point_force,
+        blend_motion_listed(
+            self.listed, *self._influences, rotations, positions, segments.velocities, skin,
+            self._velocities,
         )
-        self.contact_count, self.depth_max, self.deepest = count, depth_max, deepest
+        self._on_point, deepest, self._fastest = penalty_forces(
+            self._touching, vertex, depth, self.listed, self._velocities, self._outward,
+            self._device_points, device.rotation, device.linear_velocity, device.angular_velocity,
+            *self._law, self.force, self.normal_force, self.normals,
+        )
+        self.contact_count = len(vertex)
+        self.depth_max, self.deepest = (
+            (depth[deepest], vertex[deepest]) if len(vertex) else (0.0, -1)
+        )
 
     def pace(self, segments: SegmentViews, device: DeviceState) -> float:
         """Implement `SkinContact.pace`: of what touched in the last evaluation."""
@@ -189,9 +203,8 @@ class PointContact(_OnSkin):
 
     def add_mat_impulses(self, duration: float, on_mat: Impulses) -> None:
         """Implement `SkinContact.add_mat_impulses`: every point has a force of its own."""
-        rows = self._neighbours.rows
-        on_mat.normal[rows] += duration * self._point_force[rows]
-        on_mat.acted_on[rows] = True
+        on_mat.normal[self._touching] += duration * self._on_point
+        on_mat.acted_on[self._touching] = True
 
 
 @lru_cache(maxsize=4)
@@ -200,11 +213,25 @@ def _device_points(surface: Surface) -> DevicePoints:
 
 
 @lru_cache(maxsize=4)
-def _parts(body: Body) -> tuple[SkinParts, np.ndarray]:
-    """Return parts of the skin, and how much edges change as they move (n,)."""
-    parts = skin_parts(body.skin, len(SEGMENTS), PART_LENGTH)
-    rest = posed_skin(body, body.rest_configuration)
-    return parts, edge_change_rate(body.skin, rest, parts.of_influence, parts.radius)
+def _skin_parts(body: Body) -> SkinParts:
+    return skin_parts(body.skin, len(SEGMENTS), PART_LENGTH)
+
+
+@lru_cache(maxsize=4)
+def _moving_skin(body: Body) -> tuple[SkinKinds, tuple[np.ndarray, ...]]:
+    """Return kinds and parts of the skin, as `Neighbours` takes them."""
+    skin, parts = body.skin, _skin_parts(body)
+    kinds = skin_kinds(
+        skin.influence_offsets, parts.of_influence, skin.ring_offsets, skin.ring_next
+    )
+    return kinds, (parts.offsets, parts.centre, parts.radius)
+
+
+@lru_cache(maxsize=4)
+def _bending(body: Body) -> np.ndarray:
+    """Return how much edges change as the parts of the skin move (n,)."""
+    parts, rest = _skin_parts(body), posed_skin(body, body.rest_configuration)
+    return edge_change_rate(body.skin, rest, parts.of_influence, parts.radius)
 
 
 def _near_shapes(body: Body) -> tuple[tuple[np.ndarray, ...], np.ndarray, np.ndarray]:

@@ -1,7 +1,5 @@
 """The neighbour lists, updated step by step, against a search over all pairs."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -11,22 +9,44 @@ from scipy.spatial.transform import Rotation
 from simcore.body.skeleton import segment_placements
 from simcore.body.skin import blend, build_skin, vertex_normals
 from simcore.body.skin_listed import blend_listed, edge_change_rate, segment_balls, skin_parts
-from simcore.contact.neighbour_grid import device_points
+from simcore.contact.device_patches import device_points
 from simcore.contact.neighbours import Neighbours
-from simcore.contact.penalty import penalty_forces
-from simcore.contact.reference import find_penetration
+from simcore.contact.penalty import find_contacts
+from simcore.contact.reference import Penetration, find_penetration
+from simcore.contact.segment_motion import write_relative
+from simcore.contact.skin_kinds import skin_kinds
 from simcore.scene import posed_skin
 
 RADIUS = 0.03
 
 
-def lists_of(points, skin, rest, segment_count, radius):
+def lists_of(device, skin, rest, segment_count, radius):
     parts = skin_parts(skin, segment_count, 0.12)
+    rings = skin.ring_offsets, skin.ring_next
     return Neighbours(
-        device_points(points), skin.influence_offsets, parts.offsets, parts.of_influence,
-        parts.centre, parts.radius, skin.ring_offsets, skin.ring_next,
+        device, skin_kinds(skin.influence_offsets, parts.of_influence, *rings),
+        (parts.offsets, parts.centre, parts.radius), rings,
         edge_change_rate(skin, rest, parts.of_influence, parts.radius), radius,
     )
+
+
+def contacts_of(lists, device, skin, vertices, radius):
+    """Return what contact finds with the lists, by device point."""
+    outward = np.full_like(vertices, np.nan)
+    point, vertex, depth, touched = find_contacts(
+        lists.patches, lists.first, lists.last, lists.near, device.patches.points,
+        device.patches.vertex, vertices, skin.ring_offsets, skin.ring_next, radius, outward,
+    )
+    assert np.array_equal(np.sort(touched), np.unique(vertex))
+    order = np.argsort(point)
+    return Penetration(point[order], vertex[order], depth[order], outward[vertex[order]])
+
+
+def assert_same(ours, found):
+    assert np.array_equal(ours.device_vertex, found.device_vertex)
+    assert np.array_equal(ours.skin_vertex, found.skin_vertex)
+    assert np.abs(ours.depth - found.depth).max(initial=0) < 1e-12
+    assert np.abs(ours.normal - found.normal).max(initial=0) < 1e-9
 
 
 class Pair:
@@ -38,7 +58,8 @@ class Pair:
         self.points = scene.surface.contact_points
         self.radius = radius
         rest = posed_skin(scene.body, scene.body.rest_configuration)
-        self.lists = lists_of(self.points, self.skin, rest, 18, radius)
+        self.device = device_points(self.points)
+        self.lists = lists_of(self.device, self.skin, rest, 18, radius)
         self.vertices = np.zeros((self.skin.vertex_count, 3))
         start = scene.motion(0.0)
         self.rotation, self.position = start.rotation.copy(), start.position.copy()
@@ -64,6 +85,9 @@ class Pair:
         """Hold idx(k), contacts and depths to the reference; return the number of contacts."""
         pin.forwardKinematics(self.model, self.data, self.q)
         rotations, positions = segment_placements(self.model, self.data)
+        segments = np.empty((len(positions), 3, 4))
+        write_relative(rotations, positions, self.rotation, self.position, segments)
+        rotations, positions = segments[:, :, :3].copy(), segments[:, :, 3].copy()
 
         def pose(indices):
             blend_listed(
@@ -72,46 +96,15 @@ class Pair:
                 self.vertices,
             )
 
-        device = SimpleNamespace(rotation=self.rotation, position=self.position)
-        lists = self.lists
-        lists.update(rotations, positions, device, pose, self.vertices)
+        self.lists.update(segments, pose, self.vertices)
         self.vertices[:] = np.nan  # only what is listed may be needed
-        pose(lists.listed)
+        pose(self.lists.listed)
+        ours = contacts_of(self.lists, self.device, self.skin, self.vertices, self.radius)
 
         skin = blend(self.skin, rotations, positions)
-        world = self.points @ self.rotation.T + self.position
-        found = find_penetration(skin, vertex_normals(self.skin, skin), world, self.radius)
-        normals = vertex_normals(self.skin, self.vertices)
-        row = np.repeat(np.arange(len(lists.rows)), np.diff(lists.offsets))
-        way = self.vertices[lists.candidates] - world[lists.rows[row]]
-        distance = np.linalg.norm(way, axis=1)
-        order = np.lexsort((distance, row))
-        first = order[lists.offsets[:-1]]  # the nearest candidate of each row
-        index = lists.candidates[first]
-        depth = np.einsum("ij,ij->i", normals[index], way[first])
-        touch = (distance[first] <= self.radius) & (depth > 0)
-        by_device = np.argsort(lists.rows[touch])
-        assert np.array_equal(lists.rows[touch][by_device], found.device_vertex)
-        assert np.array_equal(index[touch][by_device], found.skin_vertex)
-        assert np.abs(depth[touch][by_device] - found.depth).max(initial=0) < 1e-12
-
-        still, force = np.zeros(3), np.zeros((len(skin), 3))
-        depth_sum = np.zeros(len(skin))  # the law with k = 1 and nothing else adds up depths
-        on_points = np.zeros(len(self.points))
-        count, depth_max, deepest, _ = penalty_forces(
-            lists.rows, lists.offsets, lists.candidates, lists.listed, self.vertices,
-            np.zeros_like(skin), self.skin.ring_offsets, self.skin.ring_next, self.points,
-            self.rotation, self.position, still, still, 1.0, 0.0, 0.0, 1.0, self.radius, force,
-            depth_sum, np.zeros_like(skin), on_points,
-        )
-        by_vertex = np.bincount(found.skin_vertex, found.depth, len(skin))
-        assert count == len(found.depth)
-        assert np.abs(depth_sum - by_vertex).max() < 1e-12
-        assert np.abs(on_points[found.device_vertex] - found.depth).max(initial=0) < 1e-12
-        assert on_points.sum() == pytest.approx(found.depth.sum(), abs=1e-9)
-        assert depth_max == pytest.approx(found.depth.max(initial=0.0), abs=1e-12)
-        assert deepest == (found.skin_vertex[found.depth.argmax()] if count else -1)
-        return count
+        found = find_penetration(skin, vertex_normals(self.skin, skin), self.points, self.radius)
+        assert_same(ours, found)
+        return len(found.depth)
 
 
 def noise(rng, pair, size):
@@ -224,10 +217,10 @@ def test_stone_that_rolls_in_place_is_exact(roughness, radius):
         np.zeros((1, 3)), np.eye(3)[None],
     )
     points = rng.uniform(-0.25, 0.25, (3000, 3))
-    lists = lists_of(points, skin, np.array(stone.vertices), 1, radius)
+    device = device_points(points)
+    lists = lists_of(device, skin, np.array(stone.vertices), 1, radius)
     centre, _ = segment_balls(skin, 1)
     vertices = np.zeros_like(skin.influence_point)
-    device = SimpleNamespace(rotation=np.eye(3), position=np.zeros(3))
     turn, seen = np.eye(3), set()
     for _ in range(60):
         spin = rng.normal(size=3)
@@ -238,13 +231,11 @@ def test_stone_that_rolls_in_place_is_exact(roughness, radius):
         def pose(indices, posed=posed):
             vertices[indices] = posed[indices]
 
-        lists.update(turn[None], position, device, pose, vertices)
+        lists.update(np.concatenate([turn[None], position[..., None]], axis=2), pose, vertices)
+        vertices[:] = np.nan
+        pose(lists.listed)
         found = find_penetration(posed, vertex_normals(skin, posed), points, radius)
-        assert np.isin(found.device_vertex, lists.rows).all()
-        at = {k: row for row, k in enumerate(lists.rows)}
-        for k, i in zip(found.device_vertex, found.skin_vertex, strict=True):
-            row = at[k]
-            assert i in lists.candidates[lists.offsets[row] : lists.offsets[row + 1]]
+        assert_same(contacts_of(lists, device, skin, vertices, radius), found)
         seen.add(tuple(found.skin_vertex))
     assert lists.rebuilds[1] < 60
     assert len(seen) > 3

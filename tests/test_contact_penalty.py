@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from simcore.body.skin import build_skin
-from simcore.contact.penalty import penalty_forces
+from simcore.contact.device_patches import build_patches
+from simcore.contact.penalty import find_contacts, penalty_forces
 from simcore.contact.reference import find_penetration
 
 K, C, F_C, EPSILON, RADIUS = 1000.0, 5.0, 0.5, 0.1, 0.03
@@ -33,18 +34,26 @@ class Touch:
 
     def __call__(self):
         """Return force (n, 3), normal force (n,), count, greatest depth, its vertex."""
-        n, rows = len(self.vertices), len(self.points)
+        n, patches = len(self.vertices), build_patches(self.points)
         skin = build_skin(
             self.vertices, self.faces, np.ones((n, 1)), np.zeros((1, 3)), np.eye(3)[None]
         )
-        force, normal = np.full((n, 3), np.nan), np.full(n, np.nan)
-        told = penalty_forces(
-            np.arange(rows), np.arange(rows + 1) * n, np.tile(np.arange(n), rows), np.arange(n),
-            self.vertices, self.velocities, skin.ring_offsets, skin.ring_next, self.points,
-            self.rotation, self.position, self.linear, self.angular, *self.law, RADIUS, force,
-            normal, np.zeros((n, 3)), np.zeros(rows),
+        count = len(patches.vertex)
+        outward = np.full((n, 3), np.nan)
+        point, vertex, depth, touched = find_contacts(
+            np.arange(count), np.zeros(count, np.int64), np.full(count, n), np.arange(n),
+            patches.points, patches.vertex, (self.vertices - self.position) @ self.rotation,
+            skin.ring_offsets, skin.ring_next, RADIUS, outward,
         )
-        return force, normal, *told
+        force, normal = np.zeros((n, 3)), np.zeros(n)
+        force[touched], normal[touched] = np.nan, np.nan
+        on_point, deepest, fastest = penalty_forces(
+            point, vertex, depth, touched, self.velocities @ self.rotation, outward, self.points,
+            self.rotation, self.linear, self.angular, *self.law, force, normal, np.zeros((n, 3)),
+        )
+        assert on_point.sum() == pytest.approx(normal.sum(), rel=1e-12, abs=1e-12)
+        told = (depth[deepest], vertex[deepest]) if len(point) else (0.0, -1)
+        return force, normal, len(point), *told, fastest
 
 
 def touch(mesh, points, **changes):

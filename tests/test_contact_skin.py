@@ -25,7 +25,7 @@ from simcore.body.skin_listed import (
     torque_of_wrenches,
     wrench_listed,
 )
-from simcore.contact.neighbour_rows import normal_and_bend
+from simcore.contact.normals import normal_and_bend
 from simcore.scene import posed_skin
 
 seeds = st.integers(0, 2**32 - 2)

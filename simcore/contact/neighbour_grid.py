@@ -1,22 +1,16 @@
-"""Which skin vertices are, or can be, nearest to which points: a search over cubic cells."""
+"""Points in cubic cells: which is nearest to another, and how far a device is away."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from scipy.ndimage import distance_transform_edt
 from scipy.spatial import cKDTree
 
-from simcore.compiled import compiled
+from simcore.compiled import compiled, inlined
 
 SKIN_EDGE = 0.03
 """Edge of the cells that skin vertices are sorted into [m]; tuned for time, without effect on the
 result (docs/performance.md)."""
-
-
-CLEARANCE_EDGE, CLEARANCE_MARGIN, CLEARANCE_SHARP, PATCH_EDGE = 0.02, 0.3, 0.04, 0.018
-"""Edge of the clearance grid's cells, its margin around the device, where its bounds are sharp, and
-edge of the device's patches [m]; tuned likewise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,130 +82,6 @@ def look_up_clearance(chosen, points, origin, edge, shape, clearance, margin, ou
             out[i] = margin
 
 
-@dataclass(frozen=True, eq=False)
-class Patches:
-    """Device vertices in small groups that lie together.
-
-    Attributes
-    ----------
-    offsets : (p + 1,) int64
-    vertex : (N,) int64
-        Device vertices, patch by patch.
-    centre : (p, 3), radius : (p,) float64
-        A ball around each patch [m].
-    size : (p, 3) float64
-        Of a box about the same centre, half of its edges [m].
-    """
-
-    offsets: np.ndarray
-    vertex: np.ndarray
-    centre: np.ndarray
-    radius: np.ndarray
-    size: np.ndarray
-
-
-def build_patches(vertices: np.ndarray, edge: float) -> Patches:
-    """Return the vertices (N, 3) [m] grouped by cubic cells of an edge [m]."""
-    cell = np.floor((vertices - vertices.min(axis=0)) / edge).astype(np.int64)
-    place = np.ravel_multi_index(cell.T, cell.max(axis=0) + 1)
-    _, patch, counts = np.unique(place, return_inverse=True, return_counts=True)
-    order = np.argsort(patch, kind="stable")
-    offsets = np.concatenate([[0], np.cumsum(counts)])
-    low = np.minimum.reduceat(vertices[order], offsets[:-1])
-    high = np.maximum.reduceat(vertices[order], offsets[:-1])
-    centre = (low + high) / 2
-    distance = np.linalg.norm(vertices - centre[patch], axis=1)
-    radius = np.maximum.reduceat(distance[order], offsets[:-1])
-    return Patches(offsets, order, centre, radius, (high - low) / 2)
-
-
-@dataclass(frozen=True, eq=False)
-class DevicePoints:
-    """Vertices of a rigid device (N, 3), device frame [m], with what searches around them need."""
-
-    vertices: np.ndarray
-    grid: ClearanceGrid
-    patches: Patches
-
-
-def device_points(vertices: np.ndarray) -> DevicePoints:
-    """Return the vertices of a device (N, 3) [m], ready for searches."""
-    grid = build_clearance_grid(vertices, CLEARANCE_EDGE, CLEARANCE_MARGIN, CLEARANCE_SHARP)
-    return DevicePoints(vertices, grid, build_patches(vertices, PATCH_EDGE))
-
-
-@compiled
-def near_patches(skin, chosen, slack, patch_centre, patch_radius, radius):
-    """Return for each patch the skin vertices that can be nearest to a device vertex of it.
-
-    While no skin vertex s moves by more than its slack σ_s in the device frame, that of a device
-    vertex in a ball of radius r about c is among those with d − σ ≤ min (d + σ) + 2 r, d being the
-    distances from c now. Of these, those that can come within `radius` are kept.
-
-    Parameters
-    ----------
-    skin : (n, 3) float64
-        Device frame [m]; valid where chosen.
-    chosen : (c,) int64
-        Skin vertices to consider.
-    slack : (n,) float64
-        σ [m].
-    patch_centre, patch_radius
-        See `Patches`.
-    radius : float
-        [m].
-
-    Returns
-    -------
-    patches : (p,) int64
-        Those with such a neighbour.
-    offsets : (p + 1,) int64
-    candidates : (offsets[-1],) int64
-        Skin vertices of each.
-    nearest, complete : (p,) float64
-        Distance of the nearest from the patch's centre now, and no vertex that comes as near as
-        the latter is left out [m].
-    """
-    patches = np.empty(patch_radius.size, np.int64)
-    nearest, complete = np.empty(patch_radius.size), np.empty(patch_radius.size)
-    offsets = np.empty(patch_radius.size + 1, np.int64)
-    offsets[0] = 0
-    if chosen.size == 0:
-        return patches[:0].copy(), offsets[:1].copy(), patches[:0].copy(), nearest[:0], nearest[:0]
-    low, shape, starts, vertex, point = sort_into_cells(skin, chosen)
-    near, square = np.empty(chosen.size + 1, np.int64), np.empty(chosen.size + 1)
-    candidates = np.empty(16 * 1024, np.int64)
-    most = 0.0
-    for i in chosen:
-        most = max(most, slack[i])
-    patch_count = total = 0
-    for patch in range(patch_radius.size):
-        ball = patch_radius[patch]
-        count, least = _gather(
-            point, low, shape, starts, patch_centre[patch, 0], patch_centre[patch, 1],
-            patch_centre[patch, 2], radius + ball + most, near, square
-        )
-        if count == 0:
-            continue
-        limit = min(np.sqrt(least) + most + 2 * ball, radius + ball)
-        while total + count >= candidates.size:
-            candidates = np.concatenate((candidates, candidates))
-        start = total
-        for e in range(count):
-            i = vertex[near[e]]
-            candidates[total] = i
-            total += square[e] <= (limit + slack[i]) * (limit + slack[i])
-        if total > start:
-            patches[patch_count] = patch
-            nearest[patch_count], complete[patch_count] = np.sqrt(least), limit
-            patch_count += 1
-            offsets[patch_count] = total
-    return (
-        patches[:patch_count].copy(), offsets[: patch_count + 1].copy(), candidates[:total].copy(),
-        nearest[:patch_count].copy(), complete[:patch_count].copy(),
-    )
-
-
 @compiled
 def nearest_within(low, shape, starts, vertex, point, points, chosen, known, reach):
     """Return distance [m] and index of the sorted vertex nearest to each chosen point.
@@ -235,7 +105,7 @@ def nearest_within(low, shape, starts, vertex, point, points, chosen, known, rea
         x, y, z = points[chosen[c], 0], points[chosen[c], 1], points[chosen[c], 2]
         radius = min(known[c] if known[c] < np.inf else SKIN_EDGE / 2, reach)
         while True:
-            count, least = _gather(point, low, shape, starts, x, y, z, radius, near, square)
+            count, least = gather(point, low, shape, starts, x, y, z, radius, near, square)
             if count:
                 distance[c] = np.sqrt(least)
                 for e in range(count):
@@ -249,8 +119,8 @@ def nearest_within(low, shape, starts, vertex, point, points, chosen, known, rea
     return distance, nearest
 
 
-@njit(inline="always")
-def _gather(point, low, shape, starts, cx, cy, cz, radius, near, square):
+@inlined
+def gather(point, low, shape, starts, cx, cy, cz, radius, near, square):
     """Write the places, and squared distances, of the points in a ball; one more entry is needed.
 
     Returns their number and the least squared distance. In line, because passing the arrays would

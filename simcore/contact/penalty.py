@@ -1,121 +1,154 @@
 """Penalty contact and regularised friction at device vertices: Eqs. 6 and 7 with the errata."""
 
 import numpy as np
-from numba import njit
 
-from simcore.compiled import compiled
-from simcore.contact.neighbour_rows import to_world, vertex_normal
+from simcore.compiled import compiled, inlined
+from simcore.contact.eight import EIGHT, nearest_of_eight
+from simcore.contact.normals import vertex_normal
+
+
+@compiled
+def find_contacts(
+    patches, first, last, near, points, point_index, skin, ring_offsets, ring_next, search_radius,
+    outward,
+):
+    """Return where d_k = n·(v − p) > 0 for the nearest skin vertex (section V.A), device frame.
+
+    Parameters
+    ----------
+    patches, first, last, near
+        Of `simcore.contact.neighbours.Neighbours`.
+    points, point_index
+        Of `simcore.contact.device_patches.Patches`.
+    skin : (n, 3) float64
+        Valid where listed [m].
+    search_radius : float
+        Farther neighbours are no contact [m].
+    outward : (n, 3) float64
+        Normals, overwritten where nearest to a point.
+
+    Returns
+    -------
+    point : (c,) int64, vertex : (c,) int64, depth : (c,) float64
+        Contact points k, idx(k) and d_k [m].
+    touched : (t,) int64
+        Skin vertices of these, each once.
+    """
+    point, vertex = np.empty((2, EIGHT * patches.size), np.int64)
+    depth, count = np.empty(EIGHT * patches.size), 0
+    touched, touched_count = np.empty(EIGHT * patches.size, np.int64), 0
+    square, index = np.empty(EIGHT), np.empty(EIGHT, np.int64)
+    known, touches = np.zeros((2, skin.shape[0]), np.bool_)
+    for a in range(patches.size):
+        patch = patches[a]
+        nearest_of_eight(points, patch, skin, near, first[a], last[a], square, index)
+        for k in range(EIGHT):
+            i = index[k]
+            if i < 0 or square[k] > search_radius * search_radius:
+                continue
+            if not known[i]:
+                outward[i, 0], outward[i, 1], outward[i, 2] = vertex_normal(
+                    skin, i, ring_offsets, ring_next)
+                known[i] = True
+            inside = (
+                outward[i, 0] * (skin[i, 0] - points[patch, 0, k])
+                + outward[i, 1] * (skin[i, 1] - points[patch, 1, k])
+                + outward[i, 2] * (skin[i, 2] - points[patch, 2, k]))
+            if inside <= 0.0:
+                continue
+            point[count], vertex[count], depth[count] = point_index[patch, k], i, inside
+            count += 1
+            touched[touched_count] = i
+            touched_count += not touches[i]
+            touches[i] = True
+    return point[:count], vertex[:count], depth[:count], touched[:touched_count]
 
 
 @compiled
 def penalty_forces(
-    rows, offsets, candidates, listed, vertices, velocities, ring_offsets, ring_next,
-    device_vertices, rotation, position, linear_velocity, angular_velocity, stiffness, damping,
-    friction_force, friction_velocity, search_radius, force, normal_force, normals, point_force,
+    point, vertex, depth, touched, velocities, outward, device_points, rotation, linear_velocity,
+    angular_velocity, stiffness, damping, friction_force, friction_velocity, force, normal_force,
+    normals,
 ):
-    """Write the contact force on each listed skin vertex.
+    """Write the contact force on each skin vertex that is touched.
 
-    For device vertex p_k and the nearest skin vertex v with outward normal n (section V.A):
+    For device point p_k and the nearest skin vertex v with outward normal n (section V.A):
 
         d = n·(v − p),  V = v̇ − ṗ
         f = −max(k d + c n·V, 0) n                                       (Eq. 6)
             − F_c V_t / max(‖V_t‖, ε),  V_t = V − (n·V) n                (Eq. 7)
 
-    where d > 0. The penalty pushes and never pulls.
+    The penalty pushes and never pulls.
 
     Parameters
     ----------
-    rows, offsets, candidates, listed
-        Inner list of `simcore.contact.neighbours.Neighbours`.
-    vertices, velocities : (n, 3) float64
-        Skin in the world [m, m/s]; valid where listed.
-    device_vertices : (N, 3) float64
+    point, vertex, depth, touched, outward
+        Of `find_contacts`.
+    velocities : (n, 3) float64
+        Of the skin against the world, in the axes of the device, where touched [m/s].
+    device_points : (N, 3) float64
         Device frame [m].
-    rotation, position, linear_velocity, angular_velocity
-        Of the device frame in the world.
+    rotation, linear_velocity, angular_velocity
+        Of the device frame in the world; world axes [m/s, rad/s].
     stiffness, damping : float
         k [N/m] and c [N·s/m] of one contact.
     friction_force, friction_velocity : float
         F_c [N] and ε [m/s].
-    search_radius : float
-        Farther neighbours are no contact [m].
     force : (n, 3) float64
-        On the skin, world axes [N]; overwritten where listed.
+        On the skin, world axes [N]; overwritten where touched.
     normal_force : (n,) float64
-        Its normal part, as a pressure would have it [N]; overwritten where listed.
+        Its normal part, as a pressure would have it [N]; overwritten where touched.
     normals : (n, 3) float64
-        Direction −n in which that pushes, world axes; overwritten where near a device vertex.
-    point_force : (N,) float64
-        The same on each device vertex [N]; overwritten where in `rows`.
+        Direction −n in which that pushes, world axes; overwritten where touched.
 
     Returns
     -------
-    contact_count : int
-    depth_max : float
-        Deepest d [m].
+    on_point : (c,) float64
+        The normal part of each contact [N].
     deepest : int
-        Skin vertex of the deepest contact, −1 without contact.
+        Contact of the greatest depth, −1 without any.
     fastest : float
         Greatest ‖V‖ of any contact [m/s].
     """
-    known = np.zeros(vertices.shape[0], np.bool_)
-    for i in listed:
-        force[i, 0] = force[i, 1] = force[i, 2] = 0.0
-        normal_force[i] = 0.0
-    contact_count, depth_max, deepest, fastest = 0, 0.0, -1, 0.0
-    for r in range(rows.size):
-        point_force[rows[r]] = 0.0
-        p = to_world(device_vertices, rows[r], rotation, position)
-        i, square = _nearest(candidates, offsets[r], offsets[r + 1], vertices, p)
-        if square > search_radius * search_radius:
-            continue
-        if not known[i]:
-            nx, ny, nz = vertex_normal(vertices, i, ring_offsets, ring_next)
-            normals[i, 0], normals[i, 1], normals[i, 2] = -nx, -ny, -nz
-            known[i] = True
-        n = (-normals[i, 0], -normals[i, 1], -normals[i, 2])
-        depth = (n[0] * (vertices[i, 0] - p[0]) + n[1] * (vertices[i, 1] - p[1])
-                 + n[2] * (vertices[i, 2] - p[2]))
-        if depth <= 0.0:
-            continue
-        contact_count += 1
-        if depth > depth_max:
-            depth_max, deepest = depth, i
-        v = _relative_velocity(velocities, i, p, position, linear_velocity, angular_velocity)
+    for i in touched:
+        force[i, 0] = force[i, 1] = force[i, 2] = normal_force[i] = 0.0
+    linear = _in_axes(rotation, linear_velocity)
+    turn = _in_axes(rotation, angular_velocity)
+    on_point, deepest, fastest = np.empty(point.size), -1, 0.0
+    for c in range(point.size):
+        i, k = vertex[c], point[c]
+        if deepest < 0 or depth[c] > depth[deepest]:
+            deepest = c
+        x, y, z = device_points[k, 0], device_points[k, 1], device_points[k, 2]
+        v = (velocities[i, 0] - linear[0] - (turn[1] * z - turn[2] * y),
+             velocities[i, 1] - linear[1] - (turn[2] * x - turn[0] * z),
+             velocities[i, 2] - linear[2] - (turn[0] * y - turn[1] * x))
         fastest = max(fastest, v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
-        normal, back = _law(depth, n, v, stiffness, damping, friction_force, friction_velocity)
+        n = outward[i, 0], outward[i, 1], outward[i, 2]
+        normal, back = _law(depth[c], n, v, stiffness, damping, friction_force, friction_velocity)
         for a in range(3):
             force[i, a] -= back[a]
         normal_force[i] += normal
-        point_force[rows[r]] = normal
-    return contact_count, depth_max, deepest, np.sqrt(fastest)
+        on_point[c] = normal
+    for i in touched:
+        x, y, z = force[i, 0], force[i, 1], force[i, 2]
+        u, v, w = outward[i, 0], outward[i, 1], outward[i, 2]
+        for a in range(3):
+            force[i, a] = rotation[a, 0] * x + rotation[a, 1] * y + rotation[a, 2] * z
+            normals[i, a] = -(rotation[a, 0] * u + rotation[a, 1] * v + rotation[a, 2] * w)
+    return on_point, deepest, np.sqrt(fastest)
 
 
-@njit(inline="always")
-def _nearest(candidates, start, end, vertices, point):
-    """Return which candidate is nearest to a point (x, y, z), and its squared distance."""
-    nearest, square = -1, np.inf
-    for e in range(start, end):
-        s = candidates[e]
-        here = ((vertices[s, 0] - point[0]) ** 2 + (vertices[s, 1] - point[1]) ** 2
-                + (vertices[s, 2] - point[2]) ** 2)
-        nearest = s if here < square else nearest
-        square = min(here, square)
-    return nearest, square
+@inlined
+def _in_axes(rotation, vector):
+    """Return a vector of the world in the axes of a frame."""
+    x, y, z = vector[0], vector[1], vector[2]
+    return (rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z,
+            rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * z,
+            rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * z)
 
 
-@njit(inline="always")
-def _relative_velocity(velocities, i, point, position, linear, angular):
-    """Return the velocity of skin vertex i seen from a point that moves with the device."""
-    ax, ay, az = point[0] - position[0], point[1] - position[1], point[2] - position[2]
-    return (
-        velocities[i, 0] - linear[0] - (angular[1] * az - angular[2] * ay),
-        velocities[i, 1] - linear[1] - (angular[2] * ax - angular[0] * az),
-        velocities[i, 2] - linear[2] - (angular[0] * ay - angular[1] * ax),
-    )
-
-
-@njit(inline="always")
+@inlined
 def _law(depth, n, v, stiffness, damping, friction_force, friction_velocity):
     """Return the size of Eq. 6, and −f of both equations, for a relative velocity v."""
     rate = n[0] * v[0] + n[1] * v[1] + n[2] * v[2]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from simcore.compiled import compiled
-from simcore.contact.neighbour_rows import vertex_normal
+from simcore.contact.normals import vertex_normal
 
 RING = 8
 """Neighbours for which there is room; of the skin's vertices one in a thousand has more."""

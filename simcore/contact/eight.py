@@ -1,0 +1,188 @@
+"""Eight points at once against one: distances in the vectors of the machine.
+
+Written in LLVM's own terms, as numba makes no vectors of a loop over eight entries: a fifth of the
+time. They are compiled into the kernels that call them. Nothing is fused or summed in another
+order, so that a distance is what a plain loop gives, to the bit.
+"""
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+EIGHT = 8
+
+_INDEX = ir.IntType(64)
+_REALS, _INDICES = ir.VectorType(ir.DoubleType(), EIGHT), ir.VectorType(_INDEX, EIGHT)
+_PLACES, _BITS = ir.VectorType(ir.IntType(32), EIGHT), ir.IntType(EIGHT)
+_ALIGNED = 8  # bytes, as numpy aligns numbers
+
+
+@intrinsic
+def nearest_of_eight(typing, points, group, targets, near, first, last, square, index):
+    """Find which of the targets is nearest to each of eight points.
+
+    Parameters
+    ----------
+    points : (g, 3, 8) float64
+        Groups of eight points; infinite where there is none.
+    group : int
+        Which group.
+    targets : (n, 3) float64
+    near : (k,) int64
+        Of the targets, those between `first` and `last` are looked at.
+    square : (8,) float64, index : (8,) int64
+        Written: squared distance and index of the nearest, the first of equals; infinite and −1
+        where there is none.
+    """
+    signature = types.void(
+        points, types.int64, targets, near, types.int64, types.int64, square, index
+    )
+
+    def generate(context, builder, signature, arguments):
+        points, group, targets, near, first, last, square, index = _with_data(
+            context, builder, signature, arguments
+        )
+        place = _eight_points(builder, points, group)
+        least = cgutils.alloca_once_value(builder, _everywhere(float("inf")))
+        found = cgutils.alloca_once_value(builder, ir.Constant(_INDICES, [-1] * EIGHT))
+        with cgutils.for_range_slice(builder, first, last, _INDEX(1)) as (entry, _):
+            target = builder.load(builder.gep(near, [entry]))
+            here = _squares(builder, place, targets, target)
+            before = builder.load(least)
+            closer = builder.fcmp_ordered("<", here, before)
+            builder.store(builder.select(closer, here, before), least)
+            known, this = builder.load(found), _eight_times(builder, target, _INDICES)
+            builder.store(builder.select(closer, this, known), found)
+        _store(builder, builder.load(least), square, _REALS)
+        _store(builder, builder.load(found), index, _INDICES)
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+@intrinsic
+def within_of_eight(typing, points, group, targets, target, limit):
+    """Return to which of eight points a target is as near as their squared limits (8,), as bits.
+
+    Points and targets as in `nearest_of_eight`.
+    """
+    signature = types.int64(points, types.int64, targets, types.int64, limit)
+
+    def generate(context, builder, signature, arguments):
+        points, group, targets, target, limit = _with_data(context, builder, signature, arguments)
+        here = _squares(builder, _eight_points(builder, points, group), targets, target)
+        inside = builder.fcmp_ordered("<=", here, _load(builder, limit))
+        return builder.zext(builder.bitcast(inside, _BITS), _INDEX)
+
+    return signature, generate
+
+
+@intrinsic
+def lessen_of_eight(
+    typing, points, group, targets, target, normal_x, normal_y, normal_z, bend, least, free
+):
+    """Bring down how far eight points are free to what one target leaves them.
+
+    That is the greater of (d − least)/2 and −n·(target − p)/(1 + b d), at a distance d.
+
+    Parameters
+    ----------
+    normal_x, normal_y, normal_z, bend : float
+        n, and b [1/m].
+    least, free : (8,) float64
+        The latter is overwritten where it is more.
+    Others
+        As in `nearest_of_eight`.
+    """
+    number = types.float64
+    signature = types.void(
+        points, types.int64, targets, types.int64, number, number, number, number, least, free
+    )
+
+    def generate(context, builder, signature, arguments):
+        points, group, targets, target, *normal, bend, least, free = _with_data(
+            context, builder, signature, arguments
+        )
+        ways = _ways(builder, _eight_points(builder, points, group), targets, target)
+        root = cgutils.get_or_insert_function(
+            builder.module, ir.FunctionType(_REALS, [_REALS]), "llvm.sqrt.v8f64"
+        )
+        distance = builder.call(root, [_sum(builder, [builder.fmul(w, w) for w in ways])])
+        # `ways` go from the target to the points, so that this is −n·(target − p).
+        outside = _sum(builder, [
+            builder.fmul(way, _eight_times(builder, along, _REALS))
+            for way, along in zip(ways, normal, strict=True)
+        ])
+        turning = builder.fmul(distance, _eight_times(builder, bend, _REALS))
+        until_touch = builder.fdiv(outside, builder.fadd(_everywhere(1.0), turning))
+        ahead = builder.fsub(distance, _load(builder, least))
+        until_nearest = builder.fmul(ahead, _everywhere(0.5))
+        way = builder.select(
+            builder.fcmp_ordered(">", until_touch, until_nearest), until_touch, until_nearest
+        )
+        before = _load(builder, free)
+        less = builder.fcmp_ordered("<", way, before)
+        _store(builder, builder.select(less, way, before), free, _REALS)
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+def _with_data(context, builder, signature, arguments) -> list:
+    """Return the arguments, arrays as pointers to their entries."""
+    return [
+        context.make_array(kind)(context, builder, value).data
+        if isinstance(kind, types.Array) else value
+        for kind, value in zip(signature.args, arguments, strict=True)
+    ]
+
+
+def _eight_points(builder, points, group) -> list:
+    """Return the coordinates of a group, each a vector."""
+    start = builder.mul(group, _INDEX(3 * EIGHT))
+    return [
+        _load(builder, builder.gep(points, [builder.add(start, _INDEX(a * EIGHT))]))
+        for a in range(3)
+    ]
+
+
+def _squares(builder, place, targets, target):
+    """Return the squared distances of eight points from one target."""
+    return _sum(builder, [builder.fmul(w, w) for w in _ways(builder, place, targets, target)])
+
+
+def _ways(builder, place, targets, target) -> list:
+    """Return the coordinates of the ways from one target to eight points."""
+    start = builder.mul(target, _INDEX(3))
+    at = [builder.load(builder.gep(targets, [builder.add(start, _INDEX(a))])) for a in range(3)]
+    return [builder.fsub(place[a], _eight_times(builder, at[a], _REALS)) for a in range(3)]
+
+
+def _sum(builder, terms):
+    """Return the sum of three vectors."""
+    return builder.fadd(builder.fadd(terms[0], terms[1]), terms[2])
+
+
+def _everywhere(number: float):
+    """Return a constant vector."""
+    return ir.Constant(_REALS, [number] * EIGHT)
+
+
+def _eight_times(builder, value, vector):
+    """Return a vector that holds the value in every place."""
+    nothing = ir.Constant(vector, ir.Undefined)
+    one = builder.insert_element(nothing, value, ir.Constant(ir.IntType(32), 0))
+    return builder.shuffle_vector(one, nothing, ir.Constant(_PLACES, [0] * EIGHT))
+
+
+def _load(builder, pointer):
+    """Return the eight numbers that start at a pointer."""
+    loaded = builder.load(builder.bitcast(pointer, _REALS.as_pointer()))
+    loaded.align = _ALIGNED
+    return loaded
+
+
+def _store(builder, values, pointer, vector) -> None:
+    """Write eight numbers from a pointer on."""
+    builder.store(values, builder.bitcast(pointer, vector.as_pointer())).align = _ALIGNED

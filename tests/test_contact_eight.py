@@ -1,0 +1,125 @@
+"""Distances of eight points at once against the same one by one."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from simcore.compiled import compiled
+from simcore.contact.device_patches import build_patches
+from simcore.contact.eight import EIGHT, lessen_of_eight, nearest_of_eight, within_of_eight
+
+seeds = st.integers(0, 2**32 - 2)
+
+
+@compiled
+def nearest(points, group, targets, near, first, last, square, index):
+    nearest_of_eight(points, group, targets, near, first, last, square, index)
+
+
+@compiled
+def within(points, group, targets, target, limit):
+    return within_of_eight(points, group, targets, target, limit)
+
+
+@compiled
+def lessen(points, group, targets, target, normal, bend, least, free):
+    lessen_of_eight(
+        points, group, targets, target, normal[0], normal[1], normal[2], bend, least, free
+    )
+
+
+class Case:
+    """Three groups of points, the last with room for three more, and 40 targets."""
+
+    def __init__(self, seed):
+        rng = self.rng = np.random.default_rng(seed)
+        self.points, self.targets = rng.normal(size=(3, 3, EIGHT)), rng.normal(size=(40, 3))
+        self.points[2, :, 5:] = np.inf
+        self.group = int(rng.integers(3))
+        way = self.points[self.group].T[:, None] - self.targets  # point, target, coordinate
+        self.squares = way[..., 0] ** 2 + way[..., 1] ** 2 + way[..., 2] ** 2
+        self.there = np.isfinite(self.points[self.group, 0])
+
+
+@settings(max_examples=50, deadline=None)
+@given(seeds)
+def test_nearest_is_that_of_plain_loops_to_the_bit(seed):
+    case = Case(seed)
+    near = case.rng.permutation(40)
+    first, last = sorted(case.rng.integers(0, 41, 2))
+    square, index = np.empty(EIGHT), np.empty(EIGHT, np.int64)
+    nearest(case.points, case.group, case.targets, near, first, last, square, index)
+    looked_at = near[first:last]
+    for k in range(EIGHT):
+        if case.there[k] and len(looked_at):
+            best = looked_at[case.squares[k, looked_at].argmin()]
+            assert (index[k], square[k]) == (best, case.squares[k, best])
+        else:
+            assert (index[k], square[k]) == (-1, np.inf)
+
+
+def test_of_equals_the_first_is_nearest():
+    points, targets = np.zeros((1, 3, EIGHT)), np.array([[2.0, 0, 0], [0, 1, 0], [0, 0, -1]])
+    square, index = np.empty(EIGHT), np.empty(EIGHT, np.int64)
+    nearest(points, 0, targets, np.array([0, 2, 1]), 0, 3, square, index)
+    assert index.tolist() == [2] * EIGHT
+    assert square.tolist() == [1.0] * EIGHT
+
+
+@settings(max_examples=50, deadline=None)
+@given(seeds)
+def test_within_has_a_bit_for_each_point(seed):
+    case = Case(seed)
+    target = int(case.rng.integers(40))
+    limit = case.rng.permutation(np.nan_to_num(case.squares[:, target], posinf=1.0))  # some equal
+    bits = within(case.points, case.group, case.targets, target, limit)
+    expected = case.squares[:, target] <= limit
+    assert [bool(bits >> k & 1) for k in range(EIGHT)] == expected.tolist()
+    assert bits >> EIGHT == 0
+
+
+@settings(max_examples=50, deadline=None)
+@given(seeds)
+def test_freedom_is_that_of_the_formula(seed):
+    case = Case(seed)
+    target, bend = int(case.rng.integers(40)), case.rng.uniform(0, 50)
+    normal = case.rng.normal(size=3)
+    least, before = case.rng.uniform(0, 1, EIGHT), case.rng.uniform(0, 2, EIGHT)
+    free = before.copy()
+    lessen(case.points, case.group, case.targets, target, normal, bend, least, free)
+    there = case.there
+    distance = np.sqrt(case.squares[there, target])
+    depth = (case.targets[target] - case.points[case.group].T[there]) @ normal
+    way = np.maximum((distance - least[there]) / 2, -depth / (1 + bend * distance))
+    assert free[there] == pytest.approx(np.minimum(before[there], way), rel=1e-12, abs=1e-15)
+
+
+@settings(max_examples=25, deadline=None)
+@given(seeds, st.integers(1, 700))
+def test_patches_hold_every_point_once_in_their_balls(seed, count):
+    rng = np.random.default_rng(seed)
+    vertices = rng.normal(size=(count, 3)) * [1, 0.3, 0.01]
+    patches = build_patches(vertices)
+    there = patches.vertex >= 0
+    assert np.array_equal(np.sort(patches.vertex[there]), np.arange(count))
+    assert there.ravel()[:count].all()  # room is left in the last one alone
+    at = patches.points.transpose(0, 2, 1)
+    assert np.array_equal(at[there], vertices[patches.vertex[there]])
+    assert np.isinf(at[~there]).all()
+    distance = np.linalg.norm(at - patches.centre[:, None], axis=2)
+    assert (distance[there] <= np.repeat(patches.radius, there.sum(axis=1)) + 1e-15).all()
+    group = np.arange(len(at)) // EIGHT
+    assert np.array_equal(
+        patches.group_centres.transpose(0, 2, 1).reshape(-1, 3)[: len(at)], patches.centre
+    )
+    apart = np.linalg.norm(patches.centre - patches.group_middle[group], axis=1)
+    assert (apart + patches.radius <= patches.group_radius[group] + 1e-12).all()
+
+
+def test_patches_of_an_even_sheet_are_small():
+    """Eights of a grid of 7 mm, and eights of these, are not much larger than squares."""
+    x, y = np.meshgrid(np.arange(64.0), np.arange(64.0))
+    patches = build_patches(np.column_stack([x.ravel(), y.ravel(), np.zeros(64 * 64)]) * 0.007)
+    assert patches.radius.max() < 0.012  # 2 × 4 points
+    assert patches.group_radius.max() < 0.045  # 8 × 8 points, and the radius of a patch
