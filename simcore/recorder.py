@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
+from math import dist
 
 import numpy as np
 
@@ -182,7 +183,7 @@ class Recorder:
         place = now.place(q, moved)
         if self._start is None:
             self._start = place
-        displacement = float(np.linalg.norm(place - self._start, axis=1).max())
+        displacement = max(map(dist, place, self._start))
         if displacement > FALL_DISPLACEMENT:
             self.fall_time = min(self.fall_time, time)
         skin, normal, tangential = self._on_skin.take()

@@ -228,6 +228,16 @@ def wrench_listed(listed, offsets, segments, weights, points, rotations, force, 
 
 
 @compiled
+def total_force(wrench):
+    """Return the sum of the forces of wrenches (m, 6) [N]."""
+    force = np.zeros(3)
+    for j in range(wrench.shape[0]):
+        for a in range(3):
+            force[a] += wrench[j, a]
+    return force
+
+
+@compiled
 def torque_of_wrenches(wrench, positions, jacobian, parents, first_dof, dof_count, torque):
     """Write τ = J_Bᵀ (f, m) (nv,) of wrenches about the segment origins (m, 6): Eqs. 10 to 12.
 

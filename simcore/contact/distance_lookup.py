@@ -4,6 +4,10 @@ import numpy as np
 
 from simcore.compiled import compiled, inlined
 
+AT_ONCE = 584
+"""Points that are looked up at a time: what belongs to them stays in the second-level cache. An odd
+number of cache lines, so that not all rows fall on the same places of the first-level one."""
+
 
 @inlined
 def distance_and_gradient(values, origin, spacing, x, y, z):

@@ -38,7 +38,7 @@ slid : (1,) float64
 import numpy as np
 
 from simcore.compiled import compiled
-from simcore.contact.distance_lookup import look_up
+from simcore.contact.distance_lookup import AT_ONCE, look_up
 from simcore.contact.foundation_law import (
     ACROSS,
     ALONG,
@@ -68,10 +68,6 @@ from simcore.contact.foundation_law import (
     turn_to_world,
 )
 from simcore.contact.layer import SHEAR_SHARE
-
-AT_ONCE = 584
-"""Vertices whose law is evaluated at a time: their rows stay in the second-level cache. An odd
-number of cache lines, so that not all rows fall on the same places of the first-level one."""
 
 
 @compiled
@@ -114,7 +110,7 @@ def foundation_forces(
             stretch, closed, rows,
         )
         see_from_solid(rows, last, rotation, position, linear_velocity, turn)
-        look_up(values, origin, spacing, rows[: POINT + 3], last, rows[DISTANCE :])
+        look_up(values, origin, spacing, rows[: POINT + 3], last, rows[DISTANCE:])
         press(rows, last, give, stiffening, lag, motion)
         rub(rows, last, friction, lag)
         turn_to_world(rows, last, NORMAL, rotation)

@@ -54,9 +54,8 @@ def pressure_and_slope(depth, modulus, thickness, give, stiffening):
 
 
 @compiled
-def work_of_pressing(depth, modulus, thickness, give, stiffening):
-    """Return ∫ p dd of flesh and mattress from 0 to a depth > 0 [J/m²]: Eq. E3."""
-    pressure, _ = pressure_and_slope(depth, modulus, thickness, give, stiffening)
+def work_of_pressing(depth, pressure, modulus, thickness, give, stiffening):
+    """Return ∫ p dd of flesh and mattress from 0 to a depth > 0 [J/m²], with p there: Eq. E3."""
     strain = (depth - give * pressure) / thickness if thickness > 0.0 else 0.0
     of_flesh = modulus * thickness * work_of_strain(strain, stiffening)
     return of_flesh + 0.5 * give * pressure * pressure

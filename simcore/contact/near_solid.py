@@ -3,7 +3,12 @@
 import numpy as np
 
 from simcore.compiled import compiled, inlined
-from simcore.contact.distance_lookup import distance_and_gradient, look_up, way_to_touch
+from simcore.contact.distance_lookup import (
+    AT_ONCE,
+    distance_and_gradient,
+    look_up,
+    way_to_touch,
+)
 from simcore.contact.segment_motion import (
     cluster_ball,
     motion_bound,
@@ -15,9 +20,6 @@ REACH, HEADWAY = 0.004, 2.0
 """Of what is nearer to the solid than this [m], and so many times the way the skin of its segment
 makes in the time looked ahead, it is asked at every step whether it can touch. Tuned for time; of
 the result they change no more than what Eq. I3 is told of clearances."""
-
-AT_ONCE = 584
-"""Points that are looked up at a time: their places stay in the nearest caches."""
 
 
 class NearSolid:

@@ -105,6 +105,16 @@ def velocity_change(mass, impedance, torque, bias, step):
 
 
 @compiled
+def late_force(impedance, change, step, force):
+    """Write −Z Δv/h of some rows of Z (r, nv) [N]: by so much forces change within a step."""
+    for a in range(impedance.shape[0]):
+        late = 0.0
+        for j in range(change.size):
+            late += impedance[a, j] * change[j]
+        force[a] = -late / step
+
+
+@compiled
 def joint_power(v, change, impedance, stiffness, damping, passive_torque, step, mean, late):
     """Return the powers of a step in the coordinates of the joints (Eq. E4).
 
