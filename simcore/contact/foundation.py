@@ -115,21 +115,20 @@ def foundation_forces(
         rub(rows, last, friction, lag)
         turn_to_world(rows, last, NORMAL, rotation)
         turn_to_world(rows, last, FORCE, rotation)
-        slid[0] += _scatter(
+        spent, many = _scatter(
             block, rows, anchor, closed, force, normal_force, normals, along, across, depths,
-            steepness, sticks, stretch,
+            steepness, sticks, stretch, pressed[pressed_count:],
         )
-        for i in block:
-            if closed[i] or depths[i] > 0.0:
-                pressed[pressed_count] = i
-                pressed_count += 1
-            if closed[i] and depths[i] > 0.0:
-                count += 1
-                if depths[i] > depth_max:
-                    depth_max, deepest = depths[i], i
+        slid[0] += spent
+        pressed_count += many
         haste = rows[HASTE]
         for p in range(block.size):
             fastest = max(fastest, haste[p])
+    for i in pressed[:pressed_count]:
+        if closed[i] and depths[i] > 0.0:
+            count += 1
+            if depths[i] > depth_max:
+                depth_max, deepest = depths[i], i
     return count, depth_max, deepest, pressed[:pressed_count].copy(), 1.0 / np.sqrt(fastest)
 
 
@@ -154,13 +153,13 @@ def _gather(
 @compiled
 def _scatter(
     block, rows, anchor, closed, force, normal_force, normals, along, across, depths, steepness,
-    sticks, stretch,
+    sticks, stretch, pressed,
 ):
-    """Put back what was found; return the energy that friction springs spent [J].
+    """Put back what was found; return the energy that springs spent [J], and how many are pressed.
 
-    Normals are those of the solid where the vertex is pressed, anchors those of what touches.
+    Those are written down; their normals are of the solid, and anchors are of what touches.
     """
-    spent = 0.0
+    spent, many = 0.0, 0
     for p in range(block.size):
         i = block[p]
         for a in range(3):
@@ -171,6 +170,8 @@ def _scatter(
         closed[i] = not rows[PRESS, p] <= 0.0
         spent += rows[SPENT, p]
         if closed[i] or depths[i] > 0.0:
+            pressed[many] = i
+            many += 1
             steepness[i] = rows[LENGTH, p]
             for a in range(3):
                 normals[i, a] = rows[NORMAL + a, p]
@@ -178,7 +179,7 @@ def _scatter(
             for a in range(3):
                 anchor[i, a] = rows[ANCHOR + a, p]
                 stretch[i, a] = rows[STRETCH + a, p]
-    return spent
+    return spent, many
 
 
 @compiled
