@@ -50,6 +50,10 @@ def _phase_table(entry: dict) -> Table:
         [name, f"{factor:.2f}", _in_kernels(entry, 1 / factor)]
         for name, factor in entry["phases"].items()
     ]
+    rows += [
+        [name, f"{spent:.1f} ms", f"{_in_kernels(entry, 1e-3 * spent)} a run"]
+        for name, spent in entry["beside"].items()
+    ]
     whole = entry["real_time_factor"]
     rows.append(
         ["whole run", f"{whole:.2f} ({low:.2f} to {high:.2f})", _in_kernels(entry, 1 / whole)]

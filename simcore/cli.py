@@ -236,6 +236,8 @@ def bench(
     table = Table("phase", "real-time factor")
     for name, factor in entry["phases"].items():
         table.add_row(name, f"{factor:.2f}")
+    for name, spent in entry["beside"].items():
+        table.add_row(name, f"{spent:.1f} ms")
     low, high = entry["spread"]
     table.add_row("whole run", f"{entry['real_time_factor']:.2f} ({low:.2f} to {high:.2f})")
     console.print(table)

@@ -5,18 +5,19 @@ import pinocchio as pin
 
 from simcore.body.capsules import fit_capsules
 from simcore.body.segments import PARENTS, SEGMENTS
-from simcore.body.skin_listed import torque_of_wrenches, wrench_listed
+from simcore.body.skin_listed import torque_of_wrenches, total_force, wrench_listed
 from simcore.contact.self_contact import add_self_contact, overlaps, self_contact_power
 from simcore.contact.tangential import Impulses
 from simcore.device.motion import DeviceState
 from simcore.dynamics.adaptive import stable_step
 from simcore.dynamics.impedance import (
     PACKED,
+    add_joint_impedance,
     add_pair_impedance,
     add_point_impedance,
     project_blocks,
 )
-from simcore.dynamics.implicit import joint_power, power_of_carrying
+from simcore.dynamics.implicit import joint_power, late_force, power_of_carrying
 from simcore.dynamics.pinocchio_views import view_segments
 from simcore.joint_torque import JointTorque
 from simcore.scene import Scene
@@ -62,7 +63,7 @@ class Interaction:
         self._contact_torque = np.zeros(self.model.nv)
         self._total_wrench = np.zeros_like(self.segment_wrench)
         self._impedance = np.zeros((self.model.nv, self.model.nv))
-        self._late_support = np.zeros(3)
+        self._late_support, self._support_impedance = np.zeros(3), np.zeros((3, self.model.nv))
         self._blocks = np.zeros((len(SEGMENTS), len(SEGMENTS), PACKED))
         self._parts = self._own_parts(scene) if scene.method.self_contact else None
         self.contact = contact_with_device(scene)
@@ -75,7 +76,7 @@ class Interaction:
     @property
     def support_force(self) -> np.ndarray:
         """Force from outside that carries the body (3,), world axes [N]."""
-        return self.segment_wrench[:, :3].sum(axis=0) + self._late_support
+        return total_force(self.segment_wrench) + self._late_support
 
     @property
     def contact_count(self) -> int:
@@ -140,9 +141,8 @@ class Interaction:
         impedance, blocks, contact = self._impedance, self._blocks, self.contact
         impedance[:] = 0.0
         torque = self._torque(moved, q, v, lag)
-        impedance *= lag * lag  # so far of passive joints
-        joints = self._joints
-        np.einsum("ii->i", impedance)[:] += lag * (lag * joints.stiffness + joints.damping)
+        # So far it is K of passive joints.
+        add_joint_impedance(self._joints.stiffness, self._joints.damping, lag, impedance)
         blocks[:] = 0.0
         add_point_impedance(
             contact.listed, *self._influences[:3], contact.points, contact.normals, contact.along,
@@ -151,7 +151,7 @@ class Interaction:
         if self._parts:
             add_pair_impedance(*self._parts_met, blocks)
         project_blocks(blocks, self._views.jacobian, *self._tree, impedance)
-        self._support_impedance = impedance[:3].copy()
+        self._support_impedance[:] = impedance[:3]
         self._add_impedance_of_sheet()
         return torque, impedance
 
@@ -161,7 +161,7 @@ class Interaction:
         By so much the support changed within the step: the root's first three velocities are the
         world's, and neither joints nor self-contact act on them.
         """
-        self._late_support = -self._support_impedance @ change / step
+        late_force(self._support_impedance, change, step, self._late_support)
 
     def account(
         self, v: np.ndarray, change: np.ndarray, step: float, after: DeviceState

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
+from math import dist
 
 import numpy as np
 
@@ -182,14 +183,11 @@ class Recorder:
         place = now.place(q, moved)
         if self._start is None:
             self._start = place
-        displacement = float(np.linalg.norm(place - self._start, axis=1).max())
+        displacement = max(map(dist, place, self._start))
         if displacement > FALL_DISPLACEMENT:
             self.fall_time = min(self.fall_time, time)
-        skin, normal, tangential = self._on_skin.take()
-        mat, on_mat, _ = self._on_mat.take()
-        self._borne.append(
-            (skin, normal / duration, tangential / duration, mat, on_mat / duration)
-        )
+        on_mat = self._on_mat.take(duration)[:2]
+        self._borne.append((*self._on_skin.take(duration), *on_mat))
         self._frames.append(
             {
                 "time": time,

@@ -146,7 +146,7 @@ class _Run:
 
     def refuse_blow_up(self) -> None:
         """Raise where a joint is too fast, with its name, or no longer a number."""
-        if np.abs(self.v).max() < SPEED_LIMIT:
+        if self.v @ self.v < SPEED_LIMIT**2 or np.abs(self.v).max() < SPEED_LIMIT:
             return
         model = self.scene.body.model
         worst = int(np.argmax(np.nan_to_num(np.abs(self.v), nan=np.inf)))

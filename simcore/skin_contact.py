@@ -7,18 +7,20 @@ import numpy as np
 
 from simcore.body.build import Body, posed_skin
 from simcore.body.segments import SEGMENTS
-from simcore.body.skin_clusters import skin_clusters
+from simcore.body.skin_clusters import skin_carriers, skin_clusters
 from simcore.body.skin_listed import (
     SkinParts,
     blend_listed,
     blend_motion_listed,
+    blend_velocity_listed,
     edge_change_rate,
     segment_balls,
     skin_parts,
 )
 from simcore.contact.device_patches import DevicePoints, device_points
-from simcore.contact.foundation import LOOKED_AHEAD, foundation_forces, release
+from simcore.contact.foundation import foundation_forces, release
 from simcore.contact.foundation_energy import foundation_energy, foundation_power
+from simcore.contact.foundation_law import LOOKED_AHEAD
 from simcore.contact.layer import compliance
 from simcore.contact.near_solid import NearSolid
 from simcore.contact.neighbour_grid import nearest_within, sort_into_cells
@@ -234,11 +236,12 @@ def _bending(body: Body) -> np.ndarray:
     return edge_change_rate(body.skin, rest, parts.of_influence, parts.radius)
 
 
-def _near_shapes(body: Body) -> tuple[tuple[np.ndarray, ...], np.ndarray, np.ndarray]:
-    """Return clusters of the skin, and centre (m, 3) and radius (m,) of its segments [m]."""
+def _near_shapes(body: Body) -> tuple:
+    """Return clusters of the skin and its carriers, and balls (m, 3), (m,) of its segments [m]."""
     count = len(SEGMENTS)
     clusters = vars(skin_clusters(body.skin, count, CLUSTER_SIZE)).values()
-    return tuple(clusters), *segment_balls(body.skin, count)
+    carriers = vars(skin_carriers(body.skin)).values()
+    return tuple(clusters), tuple(carriers), *segment_balls(body.skin, count)
 
 
 @lru_cache(maxsize=4)
@@ -298,9 +301,9 @@ class FoundationContact(_OnSkin):
     def power(self, segments: SegmentViews, step: float) -> tuple[float, float, float]:
         """Implement `SkinContact.power`."""
         pressed, device = self._pressed, self._device
-        blend_motion_listed(
-            pressed, *self._influences, segments.rotations, segments.positions,
-            segments.velocities, self.points, self._mean_velocities,
+        blend_velocity_listed(
+            pressed, *self._influences, segments.rotations, segments.velocities,
+            self._mean_velocities,
         )
         heat, implicit = foundation_power(
             pressed, self.points, self._velocities, self._mean_velocities, device.position,

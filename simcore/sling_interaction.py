@@ -9,7 +9,12 @@ import numpy as np
 import pinocchio as pin
 
 from simcore.body.segments import INDEX
-from simcore.body.skin_listed import blend_listed, blend_motion_listed, wrench_listed
+from simcore.body.skin_listed import (
+    blend_listed,
+    blend_motion_listed,
+    total_force,
+    wrench_listed,
+)
 from simcore.contact.tangential import Impulses
 from simcore.device.motion import DeviceState
 from simcore.dynamics.impedance import add_point_impedance, project_blocks
@@ -132,7 +137,7 @@ class SlingInteraction(Interaction):
     @property
     def support_force(self) -> np.ndarray:
         """Force of bed and straps on body and sheet (3,), world axes [N]."""
-        return self._bed_wrench[:, :3].sum(axis=0) + self._late_support + self._outer_force
+        return total_force(self._bed_wrench) + self._late_support + self._outer_force
 
     def place(self, q: np.ndarray, moved: DeviceState) -> np.ndarray:
         """Return where the sheet's landmarks are, in the frames of the segments above them [m]."""

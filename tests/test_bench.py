@@ -10,7 +10,7 @@ from benchmarks import document, growth, parts
 from benchmarks.parts import PARTS
 from simcore.bench import append, latest, new_entry, steady_run
 from simcore.bench.calibration import INCREMENT, MULTIPLIER, scattered_sum
-from simcore.bench.cases import _timed_phases
+from simcore.bench.cases import _timed_run
 from simcore.bench.profile import (
     REST,
     SETUP,
@@ -21,6 +21,7 @@ from simcore.bench.profile import (
     watch,
 )
 from simcore.errors import DesignError
+from simcore.simulate import step_ladder
 
 ALL_TARGETS = [target for targets in (STAGES | SETUP).values() for target in targets]
 SHORT = {
@@ -64,11 +65,14 @@ def test_an_entry_survives_the_history(tmp_path):
 
 
 def test_phases_make_up_the_run(short_scene):
-    phases = _timed_phases(short_scene)
-    whole = np.array(phases.pop("whole"))
-    assert list(phases) == ["settle", "move 1", "move 2", "hold"]
-    assert np.sum(list(phases.values()), axis=0) == pytest.approx(whole)
-    assert [simulated for simulated, _ in phases.values()][:3] == pytest.approx([0.1] * 3)
+    run, first_step = _timed_run(short_scene), step_ladder(short_scene).longest
+    assert list(run.phases) == ["settle", "move 1", "move 2", "hold"]
+    simulated, spent = np.sum(list(run.phases.values()), axis=0)
+    assert simulated == pytest.approx(run.simulated - first_step)
+    assert spent + sum(run.beside.values()) == pytest.approx(run.spent)
+    assert min(run.beside.values()) > 0
+    lasted = [simulated for simulated, _ in run.phases.values()][:3]
+    assert lasted == pytest.approx([0.1 - first_step, 0.1, 0.1])
 
 
 def test_a_steady_run_leaves_out_what_comes_before_the_first_frame(short_scene):
@@ -170,7 +174,8 @@ def profile_entry():
 
 ENTRIES = {
     "lift": {
-        "phases": {"settle": 2.0}, "real_time_factor": 4.0, "spread": [3.0, 5.0],
+        "phases": {"settle": 2.0}, "beside": {"set-up and first step": 3.0},
+        "real_time_factor": 4.0, "spread": [3.0, 5.0],
         "calibration": {"kernel_ms": 0.5},
     },
     "profile": profile_entry(),
@@ -189,7 +194,8 @@ def test_tables_are_whole(name):
 def test_real_time_is_told_in_calibrations():
     table = PARTS["lift"].table(ENTRIES["lift"])
     assert table[1] == ["settle", "2.00", "1000"]  # 0.5 CPU s over 0.5 ms
-    assert table[2] == ["whole run", "4.00 (3.00 to 5.00)", "500"]
+    assert table[2] == ["set-up and first step", "3.0 ms", "6 a run"]
+    assert table[3] == ["whole run", "4.00 (3.00 to 5.00)", "500"]
 
 
 def test_peers_are_told_beside_simcore():

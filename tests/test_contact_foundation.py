@@ -9,7 +9,9 @@ from hypothesis import strategies as st
 from pressed_skin import AREA, D, E, Skin
 
 from simcore.body.tissue import Tissue, linear_pressure, stiffening_pressure
-from simcore.contact.layer import SHEAR_SHARE
+from simcore.contact.distance_lookup import distance_and_gradient
+from simcore.contact.foundation_law import LOOKED_AHEAD
+from simcore.contact.layer import SHEAR_SHARE, pressure_and_slope
 
 varied = settings(max_examples=40, deadline=None)
 
@@ -77,6 +79,81 @@ def test_force_and_impedance_are_those_of_a_turned_and_moving_solid(seed, stiffe
             assert rise[pressed] == pytest.approx(impedance[pressed], rel=0.2)
         else:
             assert rise[pressed] == pytest.approx(impedance[pressed], rel=1e-3)
+
+
+def one_by_one(skin, i, lag):
+    """What Eqs. C1 and C2 make of a vertex of a still, unturned solid, as they are written down."""
+    x, u, soft, tau = skin.points[i], skin.velocities[i], skin.tissue[1][i], skin.damping[i]
+    distance, *gradient = distance_and_gradient(*skin.field, *x)
+    gradient = np.array(gradient)
+    depth, rate, length = -distance, -gradient @ u, np.linalg.norm(gradient)
+    normal, stiffness = soft * tau * (rate + depth / lag), soft
+    if depth > 0:
+        pressure, slope = pressure_and_slope(
+            depth, E, D, skin.give, skin.stiffening)
+        stiffness = AREA * slope
+        normal = AREA * pressure + tau * stiffness * rate
+    near = depth + LOOKED_AHEAD * lag * rate > 0
+    told = {"haste": np.linalg.norm(u) / max(distance, skin.motion) if near else 0.0}
+    e, stretch = x - skin.anchor[i], skin.stretch[i]
+    held = 0.5 * SHEAR_SHARE * soft * stretch @ stretch if skin.closed[i] else 0.0
+    if normal <= 0:
+        return told | {"force": np.zeros(3), "normal": 0, "along": 0, "across": 0, "spent": held,
+                       "sticks": False}
+    if not skin.closed[i]:
+        e = stretch = np.zeros(3)
+    n, shear = gradient / length, SHEAR_SHARE * soft
+    friction = -shear * ((np.eye(3) - np.outer(n, n)) @ (e + tau * u))
+    e, spent = e - (n @ e) * n, 0.5 * shear * (n @ stretch) ** 2
+    share = min(1.0, skin.friction * normal * length / np.linalg.norm(friction))
+    if share < 1:
+        kept = -share * friction / shear
+        spent += 0.5 * shear * (e - kept) @ (stretch + kept)
+        e = kept
+    return told | {
+        "force": normal * gradient + share * friction, "normal": normal * length,
+        "along": lag * stiffness * (lag + tau), "across": share * lag * shear * (lag + tau),
+        "spent": spent, "sticks": share == 1, "anchor": x - e, "stretch": e,
+    }
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.integers(0, 2**32 - 2), st.booleans(), st.sampled_from([0.0, 1e-6]))
+def test_many_at_once_are_what_each_is(seed, stiffening, give):
+    """More than are evaluated at a time; in two steps, so that ties are held, cut and let go."""
+    rng, count, lag = np.random.default_rng(seed), 1203, 0.004
+    skin = Skin(np.zeros((count, 3)), stiffening=stiffening, damping=0.02, friction=0.3, give=give)
+    skin.motion = 0.01
+    place = rng.uniform(-0.2, 0.2, (count, 3))
+    for _ in range(2):
+        place[:, 2] = rng.uniform(-0.036, 0.01, count)
+        skin.points[:] = place
+        place[:, :2] += rng.normal(scale=0.003, size=(count, 2))
+        skin.velocities[:] = rng.normal(scale=0.3, size=(count, 3))
+        expected = [one_by_one(skin, i, lag) for i in range(count)]
+        skin.slid[0] = 0.0
+        within, deepest, where = skin.evaluate(lag)
+        for name in ("force", "normal", "along", "across", "sticks"):
+            right = np.array([each[name] for each in expected])
+            assert getattr(skin, name) == pytest.approx(right, rel=1e-9, abs=1e-12), name
+        for name in ("anchor", "stretch"):
+            for i in np.flatnonzero(skin.closed):
+                assert getattr(skin, name)[i] == pytest.approx(expected[i][name], abs=1e-12)
+        assert skin.slid[0] == pytest.approx(sum(each["spent"] for each in expected))
+        assert skin.pace == pytest.approx(1 / max(each["haste"] for each in expected))
+        assert np.array_equal(skin.closed, [each["normal"] > 0 for each in expected])
+        assert np.array_equal(skin.pressed, np.flatnonzero(skin.closed | (skin.depths > 0)))
+        assert within == np.count_nonzero(skin.closed & (skin.depths > 0))
+        deep = np.where(skin.closed, skin.depths, 0)
+        assert (deepest, where) == (deep.max(), deep.argmax())
+
+
+def test_what_is_not_a_number_stays_so_and_harms_no_other():
+    skin = Skin(np.tile([0.01, 0.0, -0.01], (20, 1)), damping=0.02)
+    skin.points[7, 0] = np.nan
+    skin.evaluate(0.004)
+    assert np.isnan(skin.force[7]).all() and np.isnan(skin.normal[7])
+    assert np.isfinite(np.delete(skin.force, 7, axis=0)).all()
 
 
 def test_friction_springs_back_until_it_slips_and_takes_the_energy_of_the_way():

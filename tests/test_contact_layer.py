@@ -51,13 +51,14 @@ def test_slope_and_work_are_those_of_the_pressure(
         assert slope == pytest.approx((around[1] - around[0]) / (2 * h), rel=1e-4)
     told, _ = quad(lambda d: pressure_and_slope(d, *flesh)[0], 0, depth,
                    points=[bend] if stiffening and bend < depth else None)
-    assert work_of_pressing(depth, *flesh) == pytest.approx(told, rel=1e-6)
+    pressure, _ = pressure_and_slope(depth, *flesh)
+    assert work_of_pressing(depth, pressure, *flesh) == pytest.approx(told, rel=1e-6)
 
 
 def test_without_flesh_the_mattress_gives_way_alone():
     flesh = 1.0, 0.0, 1 / 4e5, False
     assert pressure_and_slope(0.01, *flesh) == pytest.approx((4e3, 4e5))
-    assert work_of_pressing(0.01, *flesh) == pytest.approx(4e5 * 0.01**2 / 2)
+    assert work_of_pressing(0.01, 4e3, *flesh) == pytest.approx(4e5 * 0.01**2 / 2)
 
 
 def test_force_of_a_vertex_is_that_of_the_layer():

@@ -9,7 +9,7 @@ from pressed_skin import half_space
 
 from simcore.body.build import posed_skin
 from simcore.body.segments import SEGMENTS
-from simcore.body.skin_clusters import skin_clusters
+from simcore.body.skin_clusters import skin_carriers, skin_clusters
 from simcore.body.skin_listed import segment_balls
 from simcore.contact.near_solid import NearSolid
 from simcore.contact.segment_motion import cluster_ball, write_relative
@@ -46,7 +46,10 @@ class TwoSegments:
         influences = (skin.influence_offsets, skin.influence_segment, skin.influence_weight,
                       skin.influence_point)
         clusters = tuple(vars(skin_clusters(skin, 2, 16)).values())
-        self.near = NearSolid(*half_space(), influences, clusters, *segment_balls(skin, 2))
+        carriers = tuple(vars(skin_carriers(skin)).values())
+        self.near = NearSolid(
+            *half_space(), influences, clusters, carriers, *segment_balls(skin, 2)
+        )
 
     def move(self, twist, step):
         for j in (0, 1):
@@ -127,3 +130,13 @@ def test_clusters_hold_their_vertices_in_any_posture(size, coarse_body):
                 widest.append((radius, away))
     radius, away = np.array(widest).T
     assert np.median(radius) < 1.5 * np.median(away)
+
+
+def test_carriers_are_the_segments_of_each_vertex(coarse_body):
+    skin = coarse_body.skin
+    carriers = skin_carriers(skin)
+    ends = zip(skin.influence_offsets, skin.influence_offsets[1:], strict=False)
+    for carrier, (start, end) in zip(carriers.of_vertex, ends, strict=True):
+        own = carriers.segment[carriers.offsets[carrier] : carriers.offsets[carrier + 1]]
+        assert set(own) == set(skin.influence_segment[start:end])
+    assert len(carriers.offsets) < 100

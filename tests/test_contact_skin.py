@@ -19,6 +19,7 @@ from simcore.body.skin import (
 from simcore.body.skin_listed import (
     blend_listed,
     blend_motion_listed,
+    blend_velocity_listed,
     edge_change_rate,
     segment_balls,
     skin_parts,
@@ -81,12 +82,14 @@ def test_listed_vertices_move_as_all_do_and_others_are_left(coarse_body, seed):
     velocity = blend_velocity(
         state.skin, state.rotations, *segment_velocities(state.model, state.data)
     )
-    placed, vertices, velocities = (np.full_like(expected, 7.0) for _ in range(3))
+    placed, vertices, velocities, alone = (np.full_like(expected, 7.0) for _ in range(4))
     frames = state.rotations, state.positions
     blend_listed(state.listed, *state.influences, *frames, placed)
     blend_motion_listed(
         state.listed, *state.influences, *frames, state.local, vertices, velocities
     )
+    blend_velocity_listed(state.listed, *state.influences, state.rotations, state.local, alone)
+    assert np.array_equal(alone, velocities)
     for seen, right in ((placed, expected), (vertices, expected), (velocities, velocity)):
         assert np.abs(seen - right)[state.listed].max(initial=0) < 1e-12
         assert np.all(seen[state.others] == 7.0)

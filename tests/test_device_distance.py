@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from simcore.config.robotic_lift import MeshSurface
 from simcore.contact.distance_lookup import (
     distance_and_gradient,
+    look_up,
     sure_clearance,
     way_to_touch,
 )
@@ -36,12 +37,12 @@ def distance_at(values, origin, spacing, x, y, z):
     return distance_and_gradient(values, origin, spacing, x, y, z)[0]
 
 
-def look_up(field, points):
+def distances(field, points):
     return np.array([distance_at(field.values, field.origin, field.spacing, *p) for p in points])
 
 
 def clearance(field, points):
-    return np.array([sure_clearance(d, field.spacing) for d in look_up(field, points)])
+    return np.array([sure_clearance(d, field.spacing) for d in distances(field, points)])
 
 
 def nodes(field):
@@ -115,7 +116,7 @@ def test_interpolation_converges_with_order_two_where_smooth(make, closed_form):
     error = []
     for spacing in (0.02, 0.01):
         field = mesh_distance(mesh.vertices, mesh.faces, spacing)
-        error.append(np.sqrt(np.mean((look_up(field, random) - closed_form(random)) ** 2)))
+        error.append(np.sqrt(np.mean((distances(field, random) - closed_form(random)) ** 2)))
     assert np.log2(error[0] / error[1]) == pytest.approx(2, abs=0.25)
     assert error[1] < 0.01**2 / RADIUS / 4
 
@@ -125,7 +126,7 @@ def test_flat_faces_are_looked_up_exactly():
     across = np.random.default_rng(2).uniform(-0.08, 0.08, (200, 2))
     for depth in (0.02, 0.005, 0.0, -0.013, -0.04):
         points = np.column_stack([across, np.full(200, SIZE[2] / 2 + depth)])
-        assert look_up(field, points) == pytest.approx(depth, abs=ROUNDING)
+        assert distances(field, points) == pytest.approx(depth, abs=ROUNDING)
 
 
 @settings(max_examples=200, deadline=None)
@@ -156,10 +157,10 @@ def test_nothing_touches_before_it_has_gone_its_way(point, direction, name):
     """Along any line the looked-up distance is positive as far as was told."""
     field = field_of(name)
     point, direction = np.array(point), np.add(direction, [1e-3, 0, 0])
-    way = way_to_touch(look_up(field, point[None])[0], field.spacing)
+    way = way_to_touch(distances(field, point[None])[0], field.spacing)
     along = np.linspace(0, 0.999 * way, 20)[:, None] * direction / np.linalg.norm(direction)
     if way > 0:
-        assert look_up(field, point + along).min() > 0
+        assert distances(field, point + along).min() > 0
 
 
 def test_distance_is_continuous_over_the_sides_of_the_grid(shape):
@@ -170,7 +171,7 @@ def test_distance_is_continuous_over_the_sides_of_the_grid(shape):
         points = random.uniform(field.origin, high, (100, 3))
         points[:, axis] = high[axis]
         step = 1e-9 * np.eye(3)[axis]
-        assert look_up(field, points + step) == pytest.approx(look_up(field, points - step),
+        assert distances(field, points + step) == pytest.approx(distances(field, points - step),
                                                               abs=1e-8)
 
 
@@ -189,7 +190,7 @@ def potato():
 def test_signs_are_those_of_rays(potato, seed):
     mesh, field = potato
     points = np.random.default_rng(seed).uniform(*mesh.bounds, (50, 3))
-    found = look_up(field, points)
+    found = distances(field, points)
     clear = np.abs(found) > 0.9 * field.spacing  # interpolation errs by √3/2 of it at most
     assert np.array_equal(found[clear] < 0, mesh.contains(points[clear]))
 
@@ -366,3 +367,19 @@ def test_a_point_that_is_none_has_no_distance():
     for point in ([np.nan, 0, 0], [0, np.nan, 0], [np.inf, 0, 0]):
         told = distance_and_gradient(field.values, field.origin, field.spacing, *point)
         assert np.isnan(told[0]) and told[1:] == (0, 0, 0)
+
+
+@pytest.mark.parametrize("name", sorted(SHAPES))
+def test_many_are_looked_up_as_each_is(name):
+    """To the bit: within the grid, on its nodes, beyond its sides, and what is no point."""
+    field = field_of(name)
+    grid = field.values, field.origin, field.spacing
+    size = field.spacing * (np.array(field.values.shape) - 1)
+    points = field.origin + size * np.random.default_rng(4).uniform(-0.3, 1.3, (500, 3))
+    points[::7] = nodes(field)[:: len(nodes(field)) // 72][: len(points[::7])]
+    points[[3, 211], [0, 2]] = np.nan, np.inf
+    told = np.full((4, 500), 7.0)
+    look_up(*grid, np.ascontiguousarray(points.T), np.uint64(499), told)
+    expected = np.array([distance_and_gradient(*grid, *point) for point in points[:499]])
+    assert np.array_equal(told[:, :499].T, expected, equal_nan=True)
+    assert np.all(told[:, 499] == 7.0)

@@ -12,7 +12,7 @@ from simcore.dynamics.impedance import (
     add_point_impedance,
     project_blocks,
 )
-from simcore.dynamics.implicit import IMPLICITNESS, implicit_step
+from simcore.dynamics.implicit import IMPLICITNESS, implicit_step, velocity_change
 from simcore.dynamics.pinocchio_views import view_segments
 
 MAN = "male_172_70"
@@ -156,6 +156,23 @@ def test_stiff_springs_do_not_limit_the_step(body, rate):
     end, v = fly(resting, q, np.zeros(model.nv), 1.0, step, springs)
     assert np.abs(pin.difference(model, reference, end)[6:]).max() < 1e-2
     assert np.isfinite(v).all()
+
+
+@pytest.mark.parametrize("size", (1, 3, 8, 47))
+def test_change_of_velocity_solves_the_equations_of_motion(size):
+    """Whatever stands below the diagonal of the mass matrix; and only where it is positive."""
+    rng = np.random.default_rng(size)
+    root, other, bias = rng.normal(size=(size, 2 * size)), rng.normal(size=size), np.ones(size)
+    mass, impedance = root @ root.T, 0.1 * np.eye(size) + np.outer(other, other)
+    upper = np.asfortranarray(np.where(np.tri(size, k=-1), np.nan, mass))
+    torque, step = rng.normal(size=size), 0.01
+    told = velocity_change(upper, impedance, torque, bias, step)
+    right = np.linalg.solve(mass + impedance, step * (torque - bias))
+    assert told == pytest.approx(right, rel=1e-9, abs=1e-12)
+    for worst in (-mass[-1, -1] - other[-1] ** 2 - 1, np.nan):
+        spoilt = impedance.copy()
+        spoilt[-1, -1] = worst
+        assert np.isnan(velocity_change(upper, spoilt, torque, bias, step)).all()
 
 
 def test_a_step_that_cannot_be_solved_tells_so(body):

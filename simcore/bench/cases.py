@@ -44,13 +44,17 @@ class Benchmark:
     spread : tuple of float
         Least and greatest of the repeats.
     phases : dict
-        Real-time factor by phase: settle, each keyframe interval, hold.
+        Real-time factor of the time stepping by phase: settle from the second step on, each
+        keyframe interval, hold.
+    beside : dict
+        CPU time before and after these [ms].
     """
 
     case: str
     real_time_factor: float
     spread: tuple[float, float]
     phases: dict[str, float]
+    beside: dict[str, float]
     simulated_time: float
     skin_vertices: int
     device_points: int
@@ -90,19 +94,19 @@ def bench_case(case: str, repeats: int) -> Benchmark:
     """Time a whole run of the 70 kg man at paper size: settling, every move, and the hold."""
     scene = case_scene(case)
     simulate(scene)  # compiles, or loads what was compiled
-    runs = [_timed_phases(scene) for _ in range(repeats)]
-    simulated = runs[0]["whole"][0]
-    factors = [run["whole"][0] / run["whole"][1] for run in runs]
+    runs = [_timed_run(scene) for _ in range(repeats)]
+    first = runs[0]
+    factors = [run.simulated / run.spent for run in runs]
     return Benchmark(
         case=case,
         real_time_factor=median(factors),
         spread=(min(factors), max(factors)),
         phases={
-            name: median(run[name][0] / run[name][1] for run in runs)
-            for name in runs[0]
-            if name != "whole"
+            name: median(run.phases[name][0] / run.phases[name][1] for run in runs)
+            for name in first.phases
         },
-        simulated_time=simulated,
+        beside={name: 1e3 * median(run.beside[name] for run in runs) for name in first.beside},
+        simulated_time=first.simulated,
         skin_vertices=scene.body.skin.vertex_count,
         device_points=0 if scene.sling else len(scene.surface.contact_points),
         sheet_vertices=len(scene.sling.start.position) if scene.sling else 0,
@@ -123,16 +127,29 @@ def steady_run(scene: Scene) -> tuple[Trajectory, float, float]:
     return trajectory, float(simulated), float(spent)
 
 
-def _timed_phases(scene: Scene) -> dict[str, tuple[float, float]]:
-    """Return simulated and CPU time [s] of each phase and of the whole run."""
-    stamps = [(0.0, clock.process_time())]
+@dataclass(frozen=True)
+class _TimedRun:
+    """Simulated and CPU time of a run [s]; of each phase both, beside them the latter."""
+
+    simulated: float
+    spent: float
+    phases: dict[str, tuple[float, float]]
+    beside: dict[str, float]
+
+
+def _timed_run(scene: Scene) -> _TimedRun:
+    """Return the times of a run, of its phases, and of what comes before and after these.
+
+    The first frame is kept after the first step, which therefore counts as set-up.
+    """
+    begin, stamps = clock.process_time(), []
     trajectory = simulate(scene, lambda time: stamps.append((time, clock.process_time())))
-    stamps.append((stamps[-1][0], clock.process_time()))
+    end = clock.process_time()
     simulated, spent = np.array(stamps).T
     start = -trajectory.time[0]
     # A fall may end the run before the device moves.
     keys = [min(start + each, simulated[-1]) for each in scene.motion.keyframe_times]
-    edges = [0.0, *keys, simulated[-1]]
+    edges = [simulated[0], *keys, simulated[-1]]
     names = ["settle", *(f"move {i}" for i in range(1, len(keys))), "hold"]
     at = np.interp(edges, simulated, spent)
     phases = {
@@ -140,5 +157,8 @@ def _timed_phases(scene: Scene) -> dict[str, tuple[float, float]]:
         for i, name in enumerate(names)
         if edges[i + 1] > edges[i]
     }
-    return phases | {"whole": (float(simulated[-1]), float(spent[-1] - spent[0]))}
-
+    beside = {
+        "set-up and first step": float(spent[0] - begin),
+        "making of the trajectory": float(end - spent[-1]),
+    }
+    return _TimedRun(float(simulated[-1]), end - begin, phases, beside)

@@ -29,6 +29,7 @@ STAGES = {
     ),
     "posing of the skin": (
         "simcore.body.skin_listed:blend_listed", "simcore.body.skin_listed:blend_motion_listed",
+        "simcore.body.skin_listed:blend_velocity_listed",
     ),
     "contact": (
         "simcore.contact.foundation:foundation_forces", "simcore.contact.penalty:penalty_forces",
@@ -48,7 +49,7 @@ STAGES = {
     ),
     "dynamics": (
         "pinocchio:crba", "pinocchio:nonLinearEffects", "pinocchio:aba",
-        "simcore.dynamics.implicit:dposv",
+        "simcore.dynamics.implicit:velocity_change",
     ),
     "sheet": (
         "simcore.sheet.explicit:ExplicitSolver.advance", "simcore.sheet.liu:LiuSolver.advance",

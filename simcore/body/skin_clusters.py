@@ -68,6 +68,33 @@ def skin_clusters(skin: Skin, segment_count: int, size: int) -> SkinClusters:
     )
 
 
+@dataclass(frozen=True, eq=False)
+class SkinCarriers:
+    """The different sets of segments that carry vertices; there are few.
+
+    Attributes
+    ----------
+    of_vertex : (n,) int64
+        Set of each skin vertex.
+    offsets : (s + 1,) int64
+        Segments of set k are the entries from `[k]` to `[k + 1]`.
+    segment : (e,) int64
+    """
+
+    of_vertex: np.ndarray
+    offsets: np.ndarray
+    segment: np.ndarray
+
+
+@lru_cache(maxsize=4)
+def skin_carriers(skin: Skin) -> SkinCarriers:
+    """Return the sets of segments of a skin."""
+    bits = np.bitwise_or.reduceat(1 << skin.influence_segment, skin.influence_offsets[:-1])
+    sets, of_vertex = np.unique(bits, return_inverse=True)
+    segments = [np.flatnonzero(each >> np.arange(each.bit_length()) & 1) for each in sets.tolist()]
+    return SkinCarriers(of_vertex, _offsets(segments), np.concatenate(segments))
+
+
 def _halved(group: np.ndarray, points: np.ndarray, size: int) -> list[np.ndarray]:
     if len(group) == 0:
         return []

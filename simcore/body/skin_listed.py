@@ -173,6 +173,34 @@ def blend_motion_listed(
 
 
 @compiled
+def blend_velocity_listed(
+    listed, offsets, segments, weights, points, rotations, local_velocities, velocities,
+):
+    """Write the velocities of the listed vertices as `blend_motion_listed` does."""
+    frames = np.empty((rotations.shape[0], 15))
+    for j in range(frames.shape[0]):
+        for a in range(3):
+            for b in range(3):
+                frames[j, 3 * a + b] = rotations[j, a, b]
+        for a in range(6):
+            frames[j, 9 + a] = local_velocities[j, a]
+    for i in listed:
+        u = v = w = 0.0
+        for k in range(offsets[i], offsets[i + 1]):
+            j = segments[k]
+            p, q, r, weight = points[k, 0], points[k, 1], points[k, 2], weights[k]
+            lx = frames[j, 9] + frames[j, 13] * r - frames[j, 14] * q
+            ly = frames[j, 10] + frames[j, 14] * p - frames[j, 12] * r
+            lz = frames[j, 11] + frames[j, 12] * q - frames[j, 13] * p
+            u += weight * (frames[j, 0] * lx + frames[j, 1] * ly + frames[j, 2] * lz)
+            v += weight * (frames[j, 3] * lx + frames[j, 4] * ly + frames[j, 5] * lz)
+            w += weight * (frames[j, 6] * lx + frames[j, 7] * ly + frames[j, 8] * lz)
+        velocities[i, 0] = u
+        velocities[i, 1] = v
+        velocities[i, 2] = w
+
+
+@compiled
 def wrench_listed(listed, offsets, segments, weights, points, rotations, force, wrench):
     """Write force and moment about each segment's origin (m, 6) of forces on listed vertices."""
     wrench[:] = 0.0
@@ -197,6 +225,16 @@ def wrench_listed(listed, offsets, segments, weights, points, rotations, force, 
             wrench[j, 3] += weight * (y * fz - z * fy)
             wrench[j, 4] += weight * (z * fx - x * fz)
             wrench[j, 5] += weight * (x * fy - y * fx)
+
+
+@compiled
+def total_force(wrench):
+    """Return the sum of the forces of wrenches (m, 6) [N]."""
+    force = np.zeros(3)
+    for j in range(wrench.shape[0]):
+        for a in range(3):
+            force[a] += wrench[j, a]
+    return force
 
 
 @compiled

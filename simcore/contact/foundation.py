@@ -37,16 +37,37 @@ slid : (1,) float64
 
 import numpy as np
 
-from simcore.compiled import compiled, inlined
-from simcore.contact.distance_lookup import distance_and_gradient, seen_from
-from simcore.contact.layer import SHEAR_SHARE, pressure_and_slope
-
-FLAT = 1e-12
-"""A gradient shorter than this, in the very middle of a slab, has no direction."""
-
-LOOKED_AHEAD = 3.0
-"""Skin that will touch within so many lags, as it moves now, is listed and counts for the length
-of the next step: until the end of that, unless it is longer than this one."""
+from simcore.compiled import compiled
+from simcore.contact.distance_lookup import AT_ONCE, look_up
+from simcore.contact.foundation_law import (
+    ACROSS,
+    ALONG,
+    ANCHOR,
+    AREA,
+    CLOSED,
+    DAMPING_TIME,
+    DISTANCE,
+    FORCE,
+    HASTE,
+    KEPT,
+    LENGTH,
+    MODULUS,
+    NORMAL,
+    NORMAL_FORCE,
+    POINT,
+    PRESS,
+    ROWS,
+    SOFT,
+    SPENT,
+    STRETCH,
+    THICKNESS,
+    VELOCITY,
+    press,
+    rub,
+    see_from_solid,
+    turn_to_world,
+)
+from simcore.contact.layer import SHEAR_SHARE
 
 
 @compiled
@@ -80,56 +101,85 @@ def foundation_forces(
     """
     count, depth_max, deepest, fastest = 0, 0.0, -1, 0.0
     pressed, pressed_count = np.empty(listed.size, np.int64), 0
-    for i in listed:
-        force[i, 0] = force[i, 1] = force[i, 2] = normal_force[i] = 0.0
-        along[i], across[i], sticks[i] = 0.0, 0.0, False
-        px, py, pz = seen_from(rotation, position, points, i)
-        distance, gx, gy, gz = distance_and_gradient(values, origin, spacing, px, py, pz)
-        u, v, w = _relative_velocity(
-            i, points, velocities, rotation, position, linear_velocity, turn)
-        depth, rate = -distance, -(gx * u + gy * v + gz * w)
-        if depth + LOOKED_AHEAD * lag * rate > 0.0:
-            room = max(distance, motion)
-            fastest = max(fastest, (u * u + v * v + w * w) / (room * room))
-        depths[i] = depth
-        normal, stiffness = _press(
-            depth, rate, area[i], soft[i], modulus[i], thickness[i], give, stiffening,
-            damping_time[i], lag,
+    rows = np.empty((ROWS, AT_ONCE))
+    for first in range(0, listed.size, AT_ONCE):
+        block = listed[first : first + AT_ONCE]
+        last = np.uint64(block.size)
+        _gather(
+            block, points, velocities, area, soft, modulus, thickness, damping_time, anchor,
+            stretch, closed, rows,
         )
-        length = np.sqrt(gx * gx + gy * gy + gz * gz)
-        flat = max(length, FLAT)
-        nx, ny, nz = gx / flat, gy / flat, gz / flat
-        if normal > 0.0 or depth > 0.0:
-            pressed[pressed_count] = i
-            pressed_count += 1
-            steepness[i] = length
-            _turn(rotation, nx, ny, nz, i, normals)
-        shear = SHEAR_SHARE * soft[i]
-        if normal <= 0.0:
-            if closed[i]:
-                slid[0] += 0.5 * shear * (
-                    stretch[i, 0] ** 2 + stretch[i, 1] ** 2 + stretch[i, 2] ** 2)
-            closed[i] = False
-            continue
-        if depth > 0.0:
-            count += 1
-            if depth > depth_max:
-                depth_max, deepest = depth, i
-        along[i] = lag * stiffness * (lag + damping_time[i])
-        normal_force[i] = normal * length
-        if not closed[i]:
-            closed[i] = True
-            anchor[i, 0], anchor[i, 1], anchor[i, 2] = px, py, pz
-            stretch[i, 0] = stretch[i, 1] = stretch[i, 2] = 0.0
-        fx, fy, fz, cut, spent = _rub(
-            i, px, py, pz, u, v, w, nx, ny, nz, shear, damping_time[i],
-            friction * normal_force[i], anchor, stretch,
+        see_from_solid(rows, last, rotation, position, linear_velocity, turn)
+        look_up(values, origin, spacing, rows[: POINT + 3], last, rows[DISTANCE:])
+        press(rows, last, give, stiffening, lag, motion)
+        rub(rows, last, friction, lag)
+        turn_to_world(rows, last, NORMAL, rotation)
+        turn_to_world(rows, last, FORCE, rotation)
+        spent, many = _scatter(
+            block, rows, anchor, closed, force, normal_force, normals, along, across, depths,
+            steepness, sticks, stretch, pressed[pressed_count:],
         )
         slid[0] += spent
-        across[i] = cut * lag * shear * (lag + damping_time[i])
-        sticks[i] = cut == 1.0
-        _turn(rotation, normal * gx + fx, normal * gy + fy, normal * gz + fz, i, force)
+        pressed_count += many
+        haste = rows[HASTE]
+        for p in range(block.size):
+            fastest = max(fastest, haste[p])
+    for i in pressed[:pressed_count]:
+        if closed[i] and depths[i] > 0.0:
+            count += 1
+            if depths[i] > depth_max:
+                depth_max, deepest = depths[i], i
     return count, depth_max, deepest, pressed[:pressed_count].copy(), 1.0 / np.sqrt(fastest)
+
+
+@compiled
+def _gather(
+    block, points, velocities, area, soft, modulus, thickness, damping_time, anchor, stretch,
+    closed, rows,
+):
+    """Bring together what belongs to the vertices of a block."""
+    for p in range(block.size):
+        i = block[p]
+        for a in range(3):
+            rows[POINT + a, p] = points[i, a]
+            rows[VELOCITY + a, p] = velocities[i, a]
+            rows[ANCHOR + a, p] = anchor[i, a]
+            rows[STRETCH + a, p] = stretch[i, a]
+        rows[AREA, p], rows[SOFT, p] = area[i], soft[i]
+        rows[MODULUS, p], rows[THICKNESS, p] = modulus[i], thickness[i]
+        rows[DAMPING_TIME, p], rows[CLOSED, p] = damping_time[i], closed[i]
+
+
+@compiled
+def _scatter(
+    block, rows, anchor, closed, force, normal_force, normals, along, across, depths, steepness,
+    sticks, stretch, pressed,
+):
+    """Put back what was found; return the energy that springs spent [J], and how many are pressed.
+
+    Those are written down; their normals are of the solid, and anchors are of what touches.
+    """
+    spent, many = 0.0, 0
+    for p in range(block.size):
+        i = block[p]
+        for a in range(3):
+            force[i, a] = rows[FORCE + a, p]
+        normal_force[i] = rows[NORMAL_FORCE, p]
+        along[i], across[i] = rows[ALONG, p], rows[ACROSS, p]
+        depths[i], sticks[i] = -rows[DISTANCE, p], rows[KEPT, p] == 1.0
+        closed[i] = not rows[PRESS, p] <= 0.0
+        spent += rows[SPENT, p]
+        if closed[i] or depths[i] > 0.0:
+            pressed[many] = i
+            many += 1
+            steepness[i] = rows[LENGTH, p]
+            for a in range(3):
+                normals[i, a] = rows[NORMAL + a, p]
+        if closed[i]:
+            for a in range(3):
+                anchor[i, a] = rows[ANCHOR + a, p]
+                stretch[i, a] = rows[STRETCH + a, p]
+    return spent, many
 
 
 @compiled
@@ -144,65 +194,3 @@ def release(before, now, soft, normal_force, closed, stretch, slid):
                 slid[0] += 0.5 * SHEAR_SHARE * soft[i] * (
                     stretch[i, 0] ** 2 + stretch[i, 1] ** 2 + stretch[i, 2] ** 2)
             normal_force[i], closed[i] = 0.0, False
-
-
-@inlined
-def _press(depth, rate, area, soft, modulus, thickness, give, stiffening, damping_time, lag):
-    """Return the force along ∇φ [N], not positive without contact, and its stiffness [N/m]."""
-    if depth > 0.0:
-        pressure, slope = pressure_and_slope(depth, modulus, thickness, give, stiffening)
-        stiffness = area * slope
-        normal = area * pressure + damping_time * stiffness * rate
-    else:
-        stiffness = soft
-        normal = soft * damping_time * (rate + depth / lag) if lag > 0.0 else 0.0
-    return normal, stiffness
-
-
-@inlined
-def _relative_velocity(i, points, velocities, rotation, position, linear_velocity, turn):
-    """Return the velocity of a vertex as seen from the solid, in its frame [m/s]."""
-    x, y, z = points[i, 0] - position[0], points[i, 1] - position[1], points[i, 2] - position[2]
-    u = velocities[i, 0] - linear_velocity[0] - turn[1] * z + turn[2] * y
-    v = velocities[i, 1] - linear_velocity[1] - turn[2] * x + turn[0] * z
-    w = velocities[i, 2] - linear_velocity[2] - turn[0] * y + turn[1] * x
-    return (rotation[0, 0] * u + rotation[1, 0] * v + rotation[2, 0] * w,
-            rotation[0, 1] * u + rotation[1, 1] * v + rotation[2, 1] * w,
-            rotation[0, 2] * u + rotation[1, 2] * v + rotation[2, 2] * w)
-
-
-@inlined
-def _turn(rotation, x, y, z, i, out):
-    """Write a vector of the solid's frame in world axes."""
-    for axis in range(3):
-        out[i, axis] = rotation[axis, 0] * x + rotation[axis, 1] * y + rotation[axis, 2] * z
-
-
-@inlined
-def _rub(i, px, py, pz, u, v, w, nx, ny, nz, shear, damping_time, limit, anchor, stretch):
-    """Return friction [N], the share of it that is kept, and what its slip spends [J]: Eq. C2.
-
-    In the frame of the solid. Moves the anchor; writes the stretch.
-    """
-    ex, ey, ez = px - anchor[i, 0], py - anchor[i, 1], pz - anchor[i, 2]
-    kx, ky, kz = ex + damping_time * u, ey + damping_time * v, ez + damping_time * w
-    out = nx * kx + ny * ky + nz * kz
-    fx, fy, fz = -shear * (kx - out * nx), -shear * (ky - out * ny), -shear * (kz - out * nz)
-    size, cut = np.sqrt(fx * fx + fy * fy + fz * fz), 1.0
-    # The surface may have turned since: what the spring holds out of it is spent.
-    sx, sy, sz = stretch[i, 0], stretch[i, 1], stretch[i, 2]
-    out = nx * sx + ny * sy + nz * sz
-    spent = 0.5 * shear * out * out
-    out = nx * ex + ny * ey + nz * ez
-    ex, ey, ez = ex - out * nx, ey - out * ny, ez - out * nz
-    if size > limit:
-        cut = limit / size
-        fx, fy, fz = cut * fx, cut * fy, cut * fz
-        kx, ky, kz = -fx / shear, -fy / shear, -fz / shear
-        spent += 0.5 * shear * (
-            (ex - kx) * (sx + kx) + (ey - ky) * (sy + ky) + (ez - kz) * (sz + kz))
-        ex, ey, ez = kx, ky, kz
-    # Left where it was, part of the depth would be taken for shear as soon as the surface turns.
-    anchor[i, 0], anchor[i, 1], anchor[i, 2] = px - ex, py - ey, pz - ez
-    stretch[i, 0], stretch[i, 1], stretch[i, 2] = ex, ey, ez
-    return fx, fy, fz, cut, spent

@@ -1,13 +1,18 @@
 """What the flesh of a foundation contact stores and spends (Eqs. C1 and C2, E3 and E4)."""
 
+import numpy as np
+
 from simcore.compiled import compiled
-from simcore.contact.distance_lookup import distance_and_gradient, seen_from
+from simcore.contact.distance_lookup import AT_ONCE, look_up, seen_from
 from simcore.contact.layer import (
     SHEAR_SHARE,
     pressure_and_slope,
     work_of_pressing,
     work_of_strain,
 )
+
+# Rows of what the energy is made of; before them the point, of vectors the first of three.
+ANCHOR, SPRING, PRESSURE, MODULUS, THICKNESS, DISTANCE, ENERGY_ROWS = 3, 6, 7, 8, 9, 10, 14
 
 
 @compiled
@@ -20,19 +25,45 @@ def foundation_energy(
         A ∫ p dd + A p′(0)/3 ‖e‖² / 2                                                    (Eq. E3)
     """
     stored = 0.0
-    for i in listed:
-        px, py, pz = seen_from(rotation, position, points, i)
-        distance, gx, gy, gz = distance_and_gradient(values, origin, spacing, px, py, pz)
-        if distance < 0.0:
-            stored += area[i] * work_of_pressing(
-                -distance, modulus[i], thickness[i], give, stiffening)
-        if closed[i]:
-            ex, ey, ez = px - anchor[i, 0], py - anchor[i, 1], pz - anchor[i, 2]
-            out = gx * ex + gy * ey + gz * ez
-            square = ex * ex + ey * ey + ez * ez - out * out / max(
-                gx * gx + gy * gy + gz * gz, 1e-12)
-            stored += 0.5 * SHEAR_SHARE * soft[i] * square
+    rows = np.empty((ENERGY_ROWS, AT_ONCE))
+    for first in range(0, listed.size, AT_ONCE):
+        block = listed[first : first + AT_ONCE]
+        last = np.uint64(block.size)
+        for p in range(block.size):
+            i = block[p]
+            rows[0, p], rows[1, p], rows[2, p] = seen_from(rotation, position, points, i)
+            for a in range(3):
+                rows[ANCHOR + a, p] = anchor[i, a]
+            rows[SPRING, p] = 0.5 * SHEAR_SHARE * soft[i] if closed[i] else 0.0
+            rows[MODULUS, p], rows[THICKNESS, p] = modulus[i], thickness[i]
+        look_up(values, origin, spacing, rows[:ANCHOR], last, rows[DISTANCE:])
+        _stretch_and_press(rows, last, give, stiffening)
+        for p in range(block.size):
+            depth = -rows[DISTANCE, p]
+            if depth > 0.0:
+                stored += area[block[p]] * work_of_pressing(
+                    depth, rows[PRESSURE, p], rows[MODULUS, p], rows[THICKNESS, p], give,
+                    stiffening)
+            stored += rows[SPRING, p]
     return stored
+
+
+@compiled
+def _stretch_and_press(rows, last, give, stiffening):
+    """Write the pressures, and energies of friction springs over their half stiffness."""
+    x, y, z, ax, ay, az = rows[0], rows[1], rows[2], rows[3], rows[4], rows[5]
+    phi, gx, gy, gz = (
+        rows[DISTANCE], rows[DISTANCE + 1], rows[DISTANCE + 2], rows[DISTANCE + 3])
+    spring, pressed, modulus, thickness = (
+        rows[SPRING], rows[PRESSURE], rows[MODULUS], rows[THICKNESS])
+    for p in range(np.uint64(0), last):
+        ex, ey, ez, n0, n1, n2 = x[p] - ax[p], y[p] - ay[p], z[p] - az[p], gx[p], gy[p], gz[p]
+        half, depth = spring[p], -phi[p]
+        pressure, _ = pressure_and_slope(depth, modulus[p], thickness[p], give, stiffening)
+        out = n0 * ex + n1 * ey + n2 * ez
+        square = ex * ex + ey * ey + ez * ez - out * out / max(n0 * n0 + n1 * n1 + n2 * n2, 1e-12)
+        pressed[p] = pressure
+        spring[p] = half * square
 
 
 @compiled

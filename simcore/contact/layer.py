@@ -36,26 +36,26 @@ def pressure_and_slope(depth, modulus, thickness, give, stiffening):
         c of the mattress [m/Pa]; 0 on what is rigid.
     stiffening : bool
     """
+    # All is computed and then chosen, so that a loop over many has no branch.
     soft = thickness / modulus
-    if not stiffening:
-        slope = 1.0 / (soft + give)
-        return slope * depth, slope
+    even = 1.0 / (soft + give)
     left = 1.0 - STRAIN_MAX
     most = STRAIN_MAX / left * modulus
     beyond = depth - STRAIN_MAX * thickness - give * most
-    if beyond > 0.0:
-        slope = 1.0 / (soft * left * left + give)
-        return most + slope * beyond, slope
+    steep = 1.0 / (soft * left * left + give)
+    past = most + steep * beyond
     b = thickness - depth + give * modulus
-    pressure = 2.0 * depth * modulus / (b + np.sqrt(b * b + 4.0 * give * depth * modulus))
-    left = modulus / (modulus + pressure)
-    return pressure, 1.0 / (soft * left * left + give)
+    bent = 2.0 * depth * modulus / (b + np.sqrt(b * b + 4.0 * give * depth * modulus))
+    left = modulus / (modulus + bent)
+    slope = 1.0 / (soft * left * left + give)
+    bent, slope = (past, steep) if beyond > 0.0 else (bent, slope)
+    straight = even * depth
+    return (bent, slope) if stiffening else (straight, even)
 
 
 @compiled
-def work_of_pressing(depth, modulus, thickness, give, stiffening):
-    """Return ∫ p dd of flesh and mattress from 0 to a depth > 0 [J/m²]: Eq. E3."""
-    pressure, _ = pressure_and_slope(depth, modulus, thickness, give, stiffening)
+def work_of_pressing(depth, pressure, modulus, thickness, give, stiffening):
+    """Return ∫ p dd of flesh and mattress from 0 to a depth > 0 [J/m²], with p there: Eq. E3."""
     strain = (depth - give * pressure) / thickness if thickness > 0.0 else 0.0
     of_flesh = modulus * thickness * work_of_strain(strain, stiffening)
     return of_flesh + 0.5 * give * pressure * pressure

@@ -3,7 +3,12 @@
 import numpy as np
 
 from simcore.compiled import compiled, inlined
-from simcore.contact.distance_lookup import distance_and_gradient, way_to_touch
+from simcore.contact.distance_lookup import (
+    AT_ONCE,
+    distance_and_gradient,
+    look_up,
+    way_to_touch,
+)
 from simcore.contact.segment_motion import (
     cluster_ball,
     motion_bound,
@@ -30,8 +35,8 @@ class NearSolid:
         Distance of the solid, in its frame (`simcore.contact.distance_lookup`).
     influences : tuple of array
         Offsets, segment, weight and point, as in `simcore.body.skin.Skin`.
-    clusters : tuple of array
-        As `simcore.body.skin_clusters.SkinClusters` has them.
+    clusters, carriers : tuple of array
+        As `simcore.body.skin_clusters.SkinClusters` and `SkinCarriers` have them.
     segment_centre, segment_radius : (m, 3), (m,) float64
         A ball around the skin of each segment, in its frame [m].
 
@@ -43,11 +48,11 @@ class NearSolid:
     """
 
     def __init__(
-        self, values, origin, spacing, influences: tuple, clusters: tuple, segment_centre,
-        segment_radius,
+        self, values, origin, spacing, influences: tuple, clusters: tuple, carriers: tuple,
+        segment_centre, segment_radius,
     ):
         self._field = values, origin, spacing
-        self._influences, self._clusters = influences, clusters
+        self._influences, self._clusters, self._carriers = influences, clusters, carriers
         self._balls = segment_centre, segment_radius
         segments = len(segment_radius)
         self._ways, self._spent, self._clearance = np.zeros((3, segments))
@@ -74,14 +79,15 @@ class NearSolid:
             *self._balls, ahead, self._pose, self._allowance, self._ways, self._spent,
         ):
             near = _look(
-                *at, *self._balls, *self._clusters, *self._influences, *self._field,
-                REACH + HEADWAY * self._ways, self._pose, self._gap, self._is_near, self._bound,
-                self._clearance, self._allowance,
+                *at, *self._balls, *self._clusters, *self._carriers, *self._influences,
+                *self._field,
+                REACH + HEADWAY * self._ways, self._pose, self._gap, self._is_near,
+                self._bound, self._clearance, self._allowance,
             )
             self._near = np.sort(near)  # as they lie in memory
             self._spent[:] = self._ways
             self.looks += 1
-        self.listed = _touchable(self._near, self._bound, *self._influences[:2], self._spent)
+        self.listed = _touchable(self._near, self._bound, *self._carriers, self._spent)
 
     def pace(self, segments, device, motion: float) -> float:
         """Return the time within which no skin moves farther than told, or half way there [s]."""
@@ -134,8 +140,9 @@ def _pace(
 @compiled
 def _look(
     rotations, positions, rotation, position, centre, radius, offsets, members, ball_offsets,
-    ball_segment, ball_centre, ball_weight, ball_spread, ball_radius, influences, segments, weights,
-    points, values, origin, spacing, reach, pose, gap, is_near, bound, clearance, allowance,
+    ball_segment, ball_centre, ball_weight, ball_spread, ball_radius, carriers, carrier_offsets,
+    carrier_segments, influences, segments, weights, points, values, origin, spacing, reach, pose,
+    gap, is_near, bound, clearance, allowance,
 ):
     """Return the vertices within the reach of a segment (m,) [m] that they belong to.
 
@@ -147,10 +154,14 @@ def _look(
     for j in range(reach.size):
         moved[j] = motion_bound(now[j], pose[j], centre[j], radius[j])
         pose[j] = now[j]
-    asked, within, count = np.empty(bound.size, np.int64), np.empty(bound.size), 0
+    way_of = _greatest_of_each(carrier_offsets, carrier_segments, moved)
+    reach_of = _greatest_of_each(carrier_offsets, carrier_segments, reach)
+    least = np.full(way_of.size, np.inf)
+    asked, count = np.empty(bound.size, np.int64), 0
     clearance[:] = np.inf
     for c in range(gap.size):
-        way, most = _greatest(moved, reach, ball_offsets, ball_segment, c)
+        way = _greatest(moved, ball_offsets, ball_segment, c)
+        most = _greatest(reach, ball_offsets, ball_segment, c)
         gap[c] -= way
         if gap[c] < most:
             x, y, z, wide = cluster_ball(
@@ -164,42 +175,43 @@ def _look(
             continue
         for m in range(offsets[c], offsets[c + 1]):
             i = members[m]
-            way, most = _greatest(moved, reach, influences, segments, i)
+            k = carriers[i]
             # Of a cluster that was far, nothing is known of its vertices.
-            bound[i] = bound[i] - way if is_near[c] else -np.inf
-            if bound[i] < most:
-                asked[count], within[count] = i, most
+            bound[i] = bound[i] - way_of[k] if is_near[c] else -np.inf
+            if bound[i] < reach_of[k]:
+                asked[count] = i
                 count += 1
             else:
-                _lessen(clearance, influences, segments, i, bound[i])
+                least[k] = min(least[k], bound[i])
         is_near[c] = True
     asked = asked[:count]
-    place = np.empty((count, 3))
-    for k in range(count):
-        place[k] = _blend(influences, segments, weights, points, pose, asked[k])
-    _look_up(values, origin, spacing, place, asked, bound)
+    _look_up(values, origin, spacing, influences, segments, weights, points, pose, asked, bound)
     count = 0
-    for k in range(asked.size):
-        i = asked[k]
-        _lessen(clearance, influences, segments, i, bound[i])
-        if bound[i] < within[k]:
+    for i in asked:
+        k = carriers[i]
+        least[k] = min(least[k], bound[i])
+        if bound[i] < reach_of[k]:
             asked[count] = i
             count += 1
+    for k in range(least.size):
+        _lessen(clearance, carrier_offsets, carrier_segments, k, least[k])
     for j in range(reach.size):
         allowance[j] = max(clearance[j], reach[j])
     return asked[:count].copy()
 
 
 @compiled
-def _look_up(values, origin, spacing, place, asked, bound):
-    """Write the bounds of points by their places (k, 3), in the frame of the grid [m].
-
-    In a loop of its own, where nothing waits for what was read: many reads are under way at once.
-    """
-    for k in range(asked.size):
-        phi, _, _, _ = distance_and_gradient(
-            values, origin, spacing, place[k, 0], place[k, 1], place[k, 2])
-        bound[asked[k]] = way_to_touch(phi, spacing)
+def _look_up(values, origin, spacing, influences, segments, weights, points, pose, asked, bound):
+    """Write the bounds of the vertices that are asked for, where segment poses have them [m]."""
+    place, told = np.empty((3, AT_ONCE)), np.empty((4, AT_ONCE))
+    for first in range(0, asked.size, AT_ONCE):
+        block = asked[first : first + AT_ONCE]
+        for k in range(block.size):
+            place[0, k], place[1, k], place[2, k] = _blend(
+                influences, segments, weights, points, pose, block[k])
+        look_up(values, origin, spacing, place, np.uint64(block.size), told)
+        for k in range(block.size):
+            bound[block[k]] = way_to_touch(told[0, k], spacing)
 
 
 @inlined
@@ -210,12 +222,21 @@ def _lessen(clearance, offsets, segments, i, bound):
 
 
 @inlined
-def _greatest(moved, reach, offsets, segments, i):
-    """Return the greatest motion and the greatest reach of the segments of row i [m]."""
-    way = most = 0.0
+def _greatest(values, offsets, segments, i):
+    """Return the greatest of what the segments of row i have, or 0."""
+    most = 0.0
     for e in range(offsets[i], offsets[i + 1]):
-        way, most = max(way, moved[segments[e]]), max(most, reach[segments[e]])
-    return way, most
+        most = max(most, values[segments[e]])
+    return most
+
+
+@compiled
+def _greatest_of_each(offsets, segments, values):
+    """Return the same of every row."""
+    most = np.empty(offsets.size - 1)
+    for i in range(most.size):
+        most[i] = _greatest(values, offsets, segments, i)
+    return most
 
 
 @inlined
@@ -232,14 +253,12 @@ def _blend(offsets, segments, weights, points, pose, i):
 
 
 @compiled
-def _touchable(near, bound, offsets, segments, spent):
+def _touchable(near, bound, carriers, carrier_offsets, carrier_segments, spent):
     """Return the vertices whose bound is used up."""
+    way_of = _greatest_of_each(carrier_offsets, carrier_segments, spent)
     left, count = np.empty(near.size, np.int64), 0
     for i in near:
-        way = 0.0
-        for e in range(offsets[i], offsets[i + 1]):
-            way = max(way, spent[segments[e]])
-        if bound[i] <= way:
+        if bound[i] <= way_of[carriers[i]]:
             left[count] = i
             count += 1
     return left[:count].copy()

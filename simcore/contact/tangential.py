@@ -33,26 +33,25 @@ class Impulses(NamedTuple):
         """Return none yet, on so many points."""
         return cls(np.zeros(count, bool), np.zeros(count), np.zeros((count, 3)))
 
-    def take(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return who bore a normal one (k,), and both parts there (k,), (k, 3); leave zero."""
-        return _take(*self)
+    def take(self, duration: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return who bore a normal one (k,), and both parts there as forces; leave zero.
+
+        The forces (k,) and (k, 3) are means over a duration [s].
+        """
+        return _take(self.acted_on.nonzero()[0], duration, *self)
 
 
 @compiled
-def _take(acted_on, normal, tangential):
+def _take(points, duration, acted_on, normal, tangential):
     """Read and clear; a dashpot that would pull leaves friction without a normal force."""
-    points, count = np.empty(normal.size, np.int64), 0
-    for i in range(acted_on.size):
-        if acted_on[i]:
-            points[count] = i
-            count += 1
+    count = points.size
     bore, normals, tangentials = np.empty(count, np.int64), np.empty(count), np.empty((count, 3))
     found = 0
-    for i in points[:count]:
+    for i in points:
         if normal[i] != 0.0:
-            bore[found], normals[found] = i, normal[i]
+            bore[found], normals[found] = i, normal[i] / duration
             for a in range(3):
-                tangentials[found, a] = tangential[i, a]
+                tangentials[found, a] = tangential[i, a] / duration
             found += 1
         acted_on[i] = False
         normal[i] = 0.0
@@ -99,15 +98,10 @@ def add_parts(listed, force, normal_force, normals, friction, duration, acted_on
     return slipping if friction >= 0.0 else np.nan
 
 
-@compiled
-def bearing(acted_on, normal):
+def bearing(acted_on: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """Return which points (k,) of `Impulses` have a normal one; those not acted on are not read."""
-    found, count = np.empty(normal.size, np.int64), 0
-    for i in range(normal.size):
-        if acted_on[i] and normal[i] != 0.0:
-            found[count] = i
-            count += 1
-    return found[:count].copy()
+    points = acted_on.nonzero()[0]
+    return points[normal[points] != 0.0]
 
 
 @compiled

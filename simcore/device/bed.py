@@ -38,4 +38,4 @@ def bed_distance(design: Bed) -> DistanceField:
     counts = [round(extent / SPACING) for extent in (design.length_m, design.width_m)]
     shape = counts[0] + 1, counts[1] + 1, len(z)
     origin = np.array([-counts[0] * SPACING / 2, -counts[1] * SPACING / 2, -BELOW])
-    return DistanceField(np.broadcast_to(z, shape).astype(np.float32), origin, SPACING)
+    return DistanceField(np.broadcast_to(z, shape).astype(np.float32, order="C"), origin, SPACING)

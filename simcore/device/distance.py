@@ -51,7 +51,7 @@ class DistanceField:
 
     Attributes
     ----------
-    values : (nx, ny, nz) float32
+    values : (nx, ny, nz) float32, row by row
         φ at the nodes [m], exact where not said otherwise; inside of bodies that overlap it is
         that of the one that is deepest there, a lower bound of the depth.
     origin : (3,) float64

@@ -9,6 +9,25 @@ PACKED = 21
 
 
 @compiled
+def add_joint_impedance(stiffness, damping, lag, impedance):
+    """Make of stiffness (nv, nv) what the joints add to the impedance: lag² K + lag D, in place.
+
+    Parameters
+    ----------
+    stiffness, damping : (nv,) float64
+        Of each degree of freedom by itself, added to the matrix [N·m/rad, N·m·s/rad].
+    lag : float
+        [s]
+    impedance : (nv, nv) float64
+        K of what couples them; overwritten.
+    """
+    for i in range(damping.size):
+        for j in range(damping.size):
+            impedance[i, j] *= lag * lag
+        impedance[i, i] += lag * (lag * stiffness[i] + damping[i])
+
+
+@compiled
 def add_point_impedance(
     listed, offsets, segments, weights, points, normals, along, across, blocks
 ):

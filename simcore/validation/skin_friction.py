@@ -102,7 +102,7 @@ class Block:
         self._skin = self.rest @ self.rotation.T
         axis = np.array([-4.0, 0.0, 4.0])  # trilinear is exact for a plane, however coarse
         self._field = (
-            np.broadcast_to(axis, (3, 3, 3)).astype(np.float32), np.full(3, axis[0]), axis[2]
+            np.tile(axis, (3, 3, 1)).astype(np.float32), np.full(3, axis[0]), axis[2]
         )
         self._flesh = (
             self.area, self.area / compliance(flesh.modulus, flesh.thickness, 0.0),
