@@ -19,9 +19,11 @@ from simcore.dynamics.impedance import (
 )
 from simcore.dynamics.implicit import joint_power, late_force, power_of_carrying
 from simcore.dynamics.pinocchio_views import view_segments
+from simcore.foundation_contact import FoundationContact
 from simcore.joint_torque import JointTorque
+from simcore.point_contact import PointContact
 from simcore.scene import Scene
-from simcore.skin_contact import contact_with_device
+from simcore.skin_contact import SkinContact
 
 
 class Interaction:
@@ -66,7 +68,7 @@ class Interaction:
         self._late_support, self._support_impedance = np.zeros(3), np.zeros((3, self.model.nv))
         self._blocks = np.zeros((len(SEGMENTS), len(SEGMENTS), PACKED))
         self._parts = self._own_parts(scene) if scene.method.self_contact else None
-        self.contact = contact_with_device(scene)
+        self.contact = _contact_with_device(scene)
         self._stable = np.inf
         if scene.method.integrator == "rk4":
             mass = pin.crba(self.model, self.data, scene.configuration)
@@ -276,3 +278,10 @@ class Interaction:
 
     def _add_impedance_of_sheet(self) -> None:
         """Add that of a sheet to `_impedance`; here there is none."""
+
+
+def _contact_with_device(scene: Scene) -> SkinContact:
+    """Return the contact of the skin with the rigid part of a scene."""
+    if scene.method.contact.law == "penalty" and not scene.sling:
+        return PointContact(scene)
+    return FoundationContact(scene)

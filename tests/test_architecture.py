@@ -13,10 +13,10 @@ SCRIPTS = sorted((ROOT / "workflow").rglob("*.py"))
 SIBLINGS = ("body", "device", "contact", "dynamics", "sheet")
 KERNELS = {"compiled", "fused", "inlined", "reassociated"}
 FOUNDATION = {"errors", "cache", "compiled", "config"}
-JOINTS = ("scene", "skin_contact", "joint_torque", "interaction", "sling_contact",
-          "sling_interaction", "recorder", "simulate", "joint_metrics", "region_metrics", "metrics",
-          "frames", "dataset", "sweep", "certificate", "validation", "export", "viewer", "report",
-          "cli")
+JOINTS = ("scene", "skin_contact", "point_contact", "foundation_contact", "joint_torque",
+          "interaction", "sling_contact", "sling_interaction", "recorder", "simulate",
+          "joint_metrics", "region_metrics", "metrics", "frames", "dataset", "sweep", "certificate",
+          "validation", "export", "viewer", "report", "cli")
 """What joins the rooms below, in the direction of the data: each may import those before it."""
 
 JOIN_DATASETS = ("frames.py", "dataset.py", "sweep.py", "certificate.py")

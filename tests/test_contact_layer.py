@@ -14,7 +14,7 @@ from simcore.config.sling_lift import Bed
 from simcore.contact.distance_lookup import distance_and_gradient
 from simcore.contact.layer import pressure_and_slope, work_of_pressing
 from simcore.device.bed import bed_distance
-from simcore.skin_contact import FoundationContact
+from simcore.foundation_contact import FoundationContact
 
 varied = settings(max_examples=60, deadline=None)
 layers = {

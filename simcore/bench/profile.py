@@ -32,7 +32,7 @@ STAGES = {
         "simcore.body.skin_listed:blend_velocity_listed",
     ),
     "contact": (
-        "simcore.contact.foundation:foundation_forces", "simcore.contact.penalty:penalty_forces",
+        "simcore.contact.foundation:foundation_forces", "simcore.point_contact:_touch",
     ),
     "self-contact": ("simcore.contact.self_contact:add_self_contact",),
     "joint torques": (

@@ -9,15 +9,38 @@ FARTHEST = 0.010
 
 
 @compiled
+def chained(ring_offsets, ring_next):
+    """Return the pairs (r, 2) of each ring so ordered that one starts where the one before ends.
+
+    Normals along them read every vertex once. A ring that is open, or is several, is chained as far
+    as it goes.
+    """
+    pairs = ring_next.copy()
+    for i in range(ring_offsets.size - 1):
+        end = ring_offsets[i + 1]
+        for e in range(ring_offsets[i] + 1, end):
+            for later in range(e, end):
+                if pairs[later, 0] == pairs[e - 1, 1]:
+                    for a in range(2):
+                        pairs[e, a], pairs[later, a] = pairs[later, a], pairs[e, a]
+                    break
+    return pairs
+
+
+@compiled
 def vertex_normal(vertices, i, ring_offsets, ring_next):
-    """Return the area-weighted unit normal of skin vertex i."""
+    """Return the area-weighted unit normal of skin vertex i; fastest along chained rings."""
     nx = ny = nz = 0.0
+    x, y, z = vertices[i, 0], vertices[i, 1], vertices[i, 2]
+    wx = wy = wz = 0.0
+    c = i
     for e in range(ring_offsets[i], ring_offsets[i + 1]):
-        b, c = ring_next[e, 0], ring_next[e, 1]
-        ux, uy, uz = (vertices[b, 0] - vertices[i, 0], vertices[b, 1] - vertices[i, 1],
-                      vertices[b, 2] - vertices[i, 2])
-        wx, wy, wz = (vertices[c, 0] - vertices[i, 0], vertices[c, 1] - vertices[i, 1],
-                      vertices[c, 2] - vertices[i, 2])
+        b = ring_next[e, 0]
+        if b != c:
+            wx, wy, wz = vertices[b, 0] - x, vertices[b, 1] - y, vertices[b, 2] - z
+        ux, uy, uz = wx, wy, wz
+        c = ring_next[e, 1]
+        wx, wy, wz = vertices[c, 0] - x, vertices[c, 1] - y, vertices[c, 2] - z
         nx += uy * wz - uz * wy
         ny += uz * wx - ux * wz
         nz += ux * wy - uy * wx
@@ -35,12 +58,16 @@ def normal_and_bend(vertices, i, ring_offsets, ring_next, edge_change_rate):
     """
     nx = ny = nz = 0.0
     squares = 0.0
+    x, y, z = vertices[i, 0], vertices[i, 1], vertices[i, 2]
+    wx = wy = wz = 0.0
+    c = i
     for e in range(ring_offsets[i], ring_offsets[i + 1]):
-        b, c = ring_next[e, 0], ring_next[e, 1]
-        ux, uy, uz = (vertices[b, 0] - vertices[i, 0], vertices[b, 1] - vertices[i, 1],
-                      vertices[b, 2] - vertices[i, 2])
-        wx, wy, wz = (vertices[c, 0] - vertices[i, 0], vertices[c, 1] - vertices[i, 1],
-                      vertices[c, 2] - vertices[i, 2])
+        b = ring_next[e, 0]
+        if b != c:
+            wx, wy, wz = vertices[b, 0] - x, vertices[b, 1] - y, vertices[b, 2] - z
+        ux, uy, uz = wx, wy, wz
+        c = ring_next[e, 1]
+        wx, wy, wz = vertices[c, 0] - x, vertices[c, 1] - y, vertices[c, 2] - z
         nx += uy * wz - uz * wy
         ny += uz * wx - ux * wz
         nz += ux * wy - uy * wx
