@@ -40,13 +40,14 @@ def spread_by_tiles(
         ring = near[offsets[i] : offsets[i + 1]]
         sum_of = 0.0
         for k in range(ring.size):
+            near_by = np.uint64(ring[k])
             out = square = 0.0
             for a in range(3):
-                apart = skin[ring[k], a] - sheet[p, a]
+                apart = skin[near_by, a] - sheet[p, a]
                 out += apart * normal[p, a]
                 square += apart * apart
             beside = np.sqrt(max(square - out * out, 0.0))
-            weight[k] = area[ring[k]] * max(1.0 - beside / radius, 0.0)
+            weight[k] = area[near_by] * max(1.0 - beside / radius, 0.0)
             sum_of += weight[k]
         if sum_of == 0.0:  # nothing is under the tile: all goes to the vertex itself
             for k in range(ring.size):
@@ -54,8 +55,8 @@ def spread_by_tiles(
             sum_of = 1.0
         for k in range(ring.size):
             if weight[k] > 0.0:
-                share = weight[k] / sum_of
-                acted_on[ring[k]] = True
-                total[ring[k]] += on_sheet[p] * share
+                near_by, share = np.uint64(ring[k]), weight[k] / sum_of
+                acted_on[near_by] = True
+                total[near_by] += on_sheet[p] * share
                 for a in range(3):
-                    tangential[ring[k], a] -= along_sheet[p, a] * share
+                    tangential[near_by, a] -= along_sheet[p, a] * share

@@ -98,7 +98,7 @@ def _springs_energy(position, ends, stiffness, rest_length, buckling_strain, sha
     """Return the potential of Eq. 5 with the buckling of Eq. S3 [J]."""
     stored = 0.0
     for s in range(stiffness.size):
-        i, j = ends[s, 0], ends[s, 1]
+        i, j = np.uint64(ends[s, 0]), np.uint64(ends[s, 1])
         square = 0.0
         for axis in range(3):
             square += (position[j, axis] - position[i, axis]) ** 2
@@ -114,7 +114,7 @@ def _springs_power(position, velocity, ends, stiffness):
     """Return Σ k (d · ḋ)²/l² [N m/s²], the heat of all springs over their damping time."""
     power = 0.0
     for s in range(stiffness.size):
-        i, j = ends[s, 0], ends[s, 1]
+        i, j = np.uint64(ends[s, 0]), np.uint64(ends[s, 1])
         square = rate = 0.0
         for axis in range(3):
             d = position[j, axis] - position[i, axis]

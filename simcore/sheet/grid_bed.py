@@ -152,7 +152,7 @@ def _lay_state(active, anchor, place, coarse, first, last, state, sums):
     state[OPEN, first:last] = 1.0
     for i in range(active.size):
         if active[i]:
-            p = place[i]
+            p = np.uint64(place[i])
             state[DEPTH, p], state[OPEN, p] = -coarse[2, p], 0.0
             for axis in range(3):
                 state[ANCHOR + axis, p] = anchor[i, axis] - coarse[axis, p]
@@ -165,7 +165,7 @@ def _read(active, place, coarse, position, duration, state, sums, anchor):
     for i in range(active.size):
         if not active[i]:
             continue
-        p = place[i]
+        p = np.uint64(place[i])
         is_open = state[OPEN, p] > 0.0
         for axis in range(3):
             spent[axis] += sums[HEAT + axis, p]

@@ -197,7 +197,7 @@ def _lay_law(
     law[DEPTH, :last] = -1.0
     own[MOBILITY, :last] = 0.0
     for e in range(chosen.size):
-        i, column = chosen[e], columns[e]
+        i, column = np.uint64(chosen[e]), np.uint64(columns[e])
         own[MOBILITY, column] = mobility[place[i]]
         for axis in range(3):
             law[NORMAL + axis, column] = normal[i, axis]
@@ -222,7 +222,8 @@ def _lay_state(
     _fill(tie, last, 0.0)
     tie[OPEN, :last] = 1.0
     for e in range(chosen.size):
-        i, column, p = chosen[e], columns[e], place[chosen[e]]
+        i, column = np.uint64(chosen[e]), np.uint64(columns[e])
+        p = np.uint64(place[i])
         tie[OPEN, column] = 0.0
         depth = offset[i]
         for axis in range(3):
@@ -243,7 +244,8 @@ def _read(
     """
     total, spent = np.zeros(3), np.zeros(3)
     for e in range(chosen.size):
-        i, column, p = chosen[e], columns[e], place[chosen[e]]
+        i, column = np.uint64(chosen[e]), np.uint64(columns[e])
+        p = np.uint64(place[i])
         for axis in range(3):
             spent[axis] += sums[HEAT + axis, column]
             mean[i, axis] = sums[axis, column] / duration
