@@ -8,7 +8,7 @@ from simcore.contact.neighbour_rows import vertex_normal
 RING = 8
 """Neighbours for which there is room; of the skin's vertices one in a thousand has more."""
 
-BLOCK = 328
+BLOCK = 136
 """Points at a time, so that what belongs to them stays in the nearer caches; no power of two, for
 then all rows would meet in the same places of these. Tuned for time."""
 

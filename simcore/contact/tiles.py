@@ -6,6 +6,21 @@ from simcore.compiled import compiled
 
 
 @compiled
+def under_tiles(on_sheet, vertex, offsets, near):
+    """Return the skin vertices (l,), each once, among which `spread_by_tiles` shares forces."""
+    told = np.zeros(offsets.size - 1, np.bool_)
+    asked = np.zeros(offsets.size - 1, np.bool_)
+    for p in range(on_sheet.size):
+        i = vertex[p]
+        if on_sheet[p] == 0.0 or i < 0 or told[i]:
+            continue
+        told[i] = True
+        for k in range(offsets[i], offsets[i + 1]):
+            asked[np.uint64(near[k])] = True
+    return np.flatnonzero(asked)
+
+
+@compiled
 def spread_by_tiles(
     on_sheet, along_sheet, sheet, skin, vertex, normal, radius, offsets, near, area, acted_on,
     total, tangential,
