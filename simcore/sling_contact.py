@@ -13,7 +13,7 @@ from simcore.contact.foundation_energy import energy_between
 from simcore.contact.layer import SHEAR_SHARE, STRAIN_MAX
 from simcore.contact.segment_motion import SkinTravel
 from simcore.contact.tangential import Impulses, add_parts
-from simcore.contact.tiles import spread_by_tiles
+from simcore.contact.tiles import spread_by_tiles, under_tiles
 from simcore.dynamics.pinocchio_views import SegmentViews
 from simcore.errors import SimulationError
 from simcore.scene import Scene, segment_of_vertex
@@ -81,11 +81,10 @@ class SheetOnSkin:
         else:
             contact = scene.method.contact
             self.planes.friction_coefficient = contact.friction_coefficient
-            self._flesh = (
-                scene.flesh.modulus, contact.tissue == "stiffening", contact.damping_time_s
-            )
+            stiffening = contact.tissue == "stiffening"
+            self._flesh = scene.flesh.modulus, stiffening, contact.damping_time_s
         self._of_skin = ContactForce(np.zeros((len(net.mass), 3)), np.zeros(len(net.mass)))
-        self._met = np.empty(0, np.int64)  # sheet vertices that had a plane in the last step
+        self._met = np.empty(0, np.int64)  # sheet vertices that have a plane in this step
         self.contact_count, self.depth_max, self.deepest = 0, 0.0, -1
         self.near = self.touched = np.empty(0, np.int64)
         self.skin_force = np.zeros((skin.vertex_count, 3))
@@ -157,14 +156,14 @@ class SheetOnSkin:
             Skin vertices in the world where the sheet may touch them [m, m/s].
         """
         tracker, planes = self._tracker, self.planes
-        _set_skin_planes(
+        self._met = _set_skin_planes(
             tracker.vertex, tracker.gap, skin, skin_velocity, sheet.position, sheet.velocity,
             duration, planes.normal, planes.active, planes.offset, planes.surface_velocity,
             planes.anchor, planes.force, self._lead, self._last_velocity,
         )
         if not self._law:
             _press_flesh(
-                planes.active, tracker.vertex, tracker.gap, self._thickness,
+                self._met, tracker.vertex, tracker.gap, self._thickness,
                 self._net.vertex_area, *self._flesh, planes.stiffness, planes.damping,
                 planes.tangential_stiffness, planes.tangential_damping, planes.offset,
             )
@@ -191,10 +190,10 @@ class SheetOnSkin:
         passed, left = _least_left(tracker.vertex, tracker.gap, self._room)
         if left <= 0:
             x, y = self._net.rest_position[passed]
+            into = segment_of_vertex(self._body, tracker.vertex[passed])
             raise SimulationError(
-                "slip_through",
-                f"the sheet passed into the {segment_of_vertex(self._body, tracker.vertex[passed])}"
-                f" {time:.2f} s after the start of settling, with its point ({x:.2f}, {y:.2f}) m",
+                "slip_through", f"the sheet passed into the {into} {time:.2f} s after the start of "
+                f"settling, with its point ({x:.2f}, {y:.2f}) m",
             )
 
     def add_sheet_impulses(self, duration: float, on_sheet: Impulses) -> float:
@@ -208,7 +207,8 @@ class SheetOnSkin:
         )
 
     def spread(
-        self, on_sheet: Impulses, sheet: np.ndarray, skin: np.ndarray, on_skin: Impulses
+        self, on_sheet: Impulses, sheet: np.ndarray, skin: np.ndarray,
+        pose: Callable[[np.ndarray], None], on_skin: Impulses,
     ) -> None:
         """Give impulses on sheet vertices back to the skin vertices under their tiles.
 
@@ -217,10 +217,11 @@ class SheetOnSkin:
         on_sheet : Impulses
             On m vertices.
         sheet : (m, 3), skin : (n, 3) float64
-            Positions [m].
+            Positions [m]; the skin's wait for `pose`, which is as in `find`.
         on_skin : Impulses
             Have the normal ones and the opposite of the tangential ones added.
         """
+        pose(under_tiles(on_sheet.normal, self._tracker.vertex, *self._two_rings))
         spread_by_tiles(
             on_sheet.normal, on_sheet.tangential, sheet, skin, self._tracker.vertex,
             self._tracker.normal, self._tile, *self._two_rings, self._vertex_area, *on_skin,
@@ -228,14 +229,13 @@ class SheetOnSkin:
 
     def press(self, of_skin: ContactForce) -> None:
         """Take note of what the skin did to the sheet; the opposite acts on the skin."""
-        self._of_skin, self._met = of_skin, np.flatnonzero(self.planes.active)
-        self.contact_count = int(np.count_nonzero(of_skin.normal_force))
+        self._of_skin = of_skin
         point = int(self._tracker.gap.argmin())
         self.depth_max = -float(self._tracker.gap[point])
         self.deepest = int(self._tracker.vertex[point])
         planes = self.planes
-        self.touched = _react(
-            self._tracker.vertex, of_skin.force, of_skin.normal_force, planes.normal,
+        self.touched, self.contact_count = _react(
+            self._met, self._tracker.vertex, of_skin.force, of_skin.normal_force, planes.normal,
             planes.stiffness, planes.damping, planes.tangential_stiffness,
             planes.tangential_damping, self._inertia.local, self._lag, self.touched,
             self.skin_force, self.skin_normal, self.skin_direction, self.skin_along,
@@ -269,29 +269,31 @@ def _set_skin_planes(
 ):
     """Give a plane to each sheet vertex that is near the skin, or will be within the duration.
 
-    It moves as the skin will on the mean, v + (v − v of the step before)/2: Eq. S15.
+    It moves as the skin will on the mean, v + (v − v of the step before)/2: Eq. S15. Returns those.
     """
+    met, count = np.empty(vertex.size, np.int64), 0
     for p in range(vertex.size):
-        i = vertex[p]
+        i, was_active, active[p] = vertex[p], active[p], False
         if i < 0 or gap[p] > tracking.NEAR:
-            active[p] = False
             continue
         approach = 0.0
         for a in range(3):
             approach += normal[p, a] * (skin_velocity[i, a] - velocity[p, a])
         if gap[p] > NEAR + approach * duration:
-            active[p] = False
             continue
         offset[p] = 0.0
         for a in range(3):
             offset[p] += normal[p, a] * skin[i, a]
-            lead[p, a] = 0.5 * (skin_velocity[i, a] - last_velocity[p, a]) if active[p] else 0.0
+            lead[p, a] = 0.5 * (skin_velocity[i, a] - last_velocity[p, a]) if was_active else 0.0
             last_velocity[p, a] = skin_velocity[i, a]
             surface_velocity[p, a] = skin_velocity[i, a] + lead[p, a]
-            if not active[p]:
+            if not was_active:
                 anchor[p, a] = position[p, a]
                 force[p, a] = 0.0
         active[p] = True
+        met[count] = p
+        count += 1
+    return met[:count].copy()
 
 
 @compiled
@@ -299,16 +301,15 @@ def _least_left(vertex, gap, room):
     """Return the sheet vertex with the least way left to bone or middle, and that way [m]."""
     passed, least = -1, np.inf
     for p in range(vertex.size):
-        if vertex[p] >= 0:
-            left = gap[p] + room[vertex[p]]
-            if left < least:
-                passed, least = p, left
+        left = gap[p] + room[vertex[p]] if vertex[p] >= 0 else np.inf
+        if left < least:
+            passed, least = p, left
     return passed, least
 
 
 @compiled
 def _press_flesh(
-    active, vertex, gap, thickness, area, modulus, stiffening, damping_time, stiffness, damping,
+    met, vertex, gap, thickness, area, modulus, stiffening, damping_time, stiffness, damping,
     tangential_stiffness, tangential_damping, offset,
 ):
     """Give each plane the tangent of the flesh's law at its present depth d (Eq. S12).
@@ -318,11 +319,10 @@ def _press_flesh(
     for flesh of thickness D, linear beyond STRAIN_MAX, or throughout. The plane is moved so that
     its force at d is N.
     """
-    for p in range(active.size):
-        if not active[p]:
-            continue
-        most = thickness[vertex[p]]
-        shallow = area[p] * modulus[vertex[p]] / most
+    for each in met:
+        p, i = np.uint64(each), np.uint64(vertex[each])
+        most = thickness[i]
+        shallow = area[p] * modulus[i] / most
         strain = min(max(-gap[p], 0.0) / most, STRAIN_MAX) if stiffening else 0.0
         left = 1.0 - strain
         stiffness[p] = shallow / (left * left)
@@ -334,26 +334,28 @@ def _press_flesh(
 
 @compiled
 def _react(
-    vertex, force, normal_force, normal, stiffness, damping, tangential_stiffness,
+    met, vertex, force, normal_force, normal, stiffness, damping, tangential_stiffness,
     tangential_damping, inertia, lag, touched_before, skin_force, skin_normal, skin_direction,
     skin_along, skin_across, pressed, direction, along, across, lead, step,
 ):
     """Write the opposite of the sheet's contact forces on the skin, and their impedances.
 
     Forces are those of a surface that leads the skin; that it does not is Z times the lead
-    (Eqs. S13 and S15). Returns the skin vertices that are touched.
+    (Eqs. S13 and S15). Returns the skin vertices that are touched, and how many touch them.
     """
     for i in touched_before:
         skin_normal[i] = skin_along[i] = skin_across[i] = 0.0
         for a in range(3):
             skin_force[i, a] = 0.0
-    touched = np.empty(vertex.size, np.int64)
-    count = 0
-    for p in range(vertex.size):
+    touched = np.empty(met.size, np.int64)
+    count = touching = 0
+    pressed[:] = -1
+    for each in met:
+        p = np.uint64(each)
         i = vertex[p]
-        pressed[p] = -1
         if i < 0 or normal_force[p] == 0.0:
             continue
+        touching += 1
         if skin_normal[i] == 0.0:
             touched[count] = i
             count += 1
@@ -366,15 +368,13 @@ def _react(
         across[p] = z * carried / (z + carried)
         skin_along[i] += along[p]
         skin_across[i] += across[p]
-        out = 0.0
-        for a in range(3):
-            out += lead[p, a] * normal[p, a]
+        out = lead[p, 0] * normal[p, 0] + lead[p, 1] * normal[p, 1] + lead[p, 2] * normal[p, 2]
         for a in range(3):
             upward = out * normal[p, a]
             taken = along[p] * upward + across[p] * (lead[p, a] - upward)
             skin_force[i, a] += taken / step - force[p, a]
             skin_direction[i, a] = direction[p, a] = normal[p, a]
-    return touched[:count].copy()
+    return touched[:count].copy(), touching
 
 
 @compiled

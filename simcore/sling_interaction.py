@@ -58,7 +58,6 @@ class SlingInteraction(Interaction):
         self._on_skin = SheetOnSkin(scene, implicit * IMPLICITNESS * scene.method.time_step_s)
         self._skin = np.zeros((skin.vertex_count, 3))
         self._skin_velocity, self._shown = np.zeros((2, skin.vertex_count, 3))
-        self._all = np.arange(skin.vertex_count)
         self._bed_wrench = np.zeros_like(self.segment_wrench)
         self._sheet_wrench = np.zeros_like(self.segment_wrench)
         self._outer_force = np.zeros(3)  # on the sheet, of straps and bed
@@ -153,8 +152,10 @@ class SlingInteraction(Interaction):
 
     def share_impulses(self, on_mat: Impulses, on_skin: Impulses) -> None:
         """Add the opposite of those on sheet vertices to the skin under their tiles."""
-        self._pose(self._all, self._shown)  # tiles reach farther than what is near the sheet
-        self._on_skin.spread(on_mat, self.sheet.position, self._shown, on_skin)
+        self._on_skin.spread(
+            on_mat, self.sheet.position, self._shown, lambda under: self._pose(under, self._shown),
+            on_skin,
+        )
 
     def sheet_frame(self) -> dict[str, np.ndarray]:
         """Return position [m] and strap forces [N] of the sheet."""

@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import shortest_path
 from simcore.body.skin import build_skin
 from simcore.body.skin_listed import two_rings
 from simcore.contact.tangential import Impulses
-from simcore.contact.tiles import spread_by_tiles
+from simcore.contact.tiles import spread_by_tiles, under_tiles
 
 RADIUS = 0.1
 BALL = trimesh.creation.icosphere(3, RADIUS)
@@ -37,6 +37,12 @@ def test_two_rings_are_what_lies_within_two_edges():
     for i in range(len(PLACES)):
         assert set(near[offsets[i] : offsets[i + 1]]) == set(np.flatnonzero(EDGES[i] <= 2))
     assert len(near) == (EDGES <= 2).sum()
+
+
+def test_what_lies_under_tiles_is_within_two_edges_of_what_is_pressed():
+    pressed, vertex = np.array([1.0, 0.0, 2.0, 3.0, 4.0]), np.array([5, 9, 5, -1, 77])
+    expected = np.flatnonzero((EDGES[[5, 77]] <= 2).any(axis=0))
+    assert np.array_equal(under_tiles(pressed, vertex, *two_rings(SKIN)), expected)
 
 
 @settings(max_examples=30, deadline=None)

@@ -32,6 +32,10 @@ from simcore.validation.sheet_scenes import (
 
 G = 9.80665
 DENSITY, SIDE = 10.0, 0.3
+PAPER_LAW = SheetPenalty(
+    law="penalty", stiffness_n_per_m=40.0, damping_ns_per_m=0.8, friction_force_n=0.02,
+    friction_velocity_m_per_s=0.02,
+)
 
 
 def sheet_on_bed(friction=0.0, half_length=1.0, law=None, gravity=(0.0, 0.0, -G)):
@@ -174,11 +178,7 @@ def test_friction_of_constant_force_is_that_of_the_paper():
 
     Light vertices of the edge are slowed more and swing, hence the tolerance.
     """
-    law = SheetPenalty(
-        law="penalty", stiffness_n_per_m=40.0, damping_ns_per_m=0.8, friction_force_n=0.02,
-        friction_velocity_m_per_s=0.02,
-    )
-    sheet = sheet_on_bed(law=law)
+    sheet = sheet_on_bed(law=PAPER_LAW)
     solver = ExplicitSolver(sheet, SUBSTEP)
     state = lay_flat(sheet.net, np.array([0, 0, -DENSITY * G / FOUNDATION]))
     state.velocity[:, 1] = 0.5
@@ -218,21 +218,31 @@ def test_what_the_bed_gives_the_sheet_has():
     assert received == pytest.approx(change, rel=1e-10, abs=1e-13)
 
 
-def test_what_of_the_bed_stays_is_not_laid_again():
-    """A sheet that bounces over the edge of its bed, in sub-steps of two lengths, against a solver
-    that lays all planes anew; to the bit, and its vertices come and go."""
-    sheet = sheet_on_bed(friction=0.4, half_length=0.15)
-    states, active = [], []
-    for fixed in (True, False):
-        solver = ExplicitSolver(sheet, SUBSTEP)
-        solver._bed._fixed = fixed
-        state = lay_flat(sheet.net, np.array([0.1, 0.0, 0.004]))
+@pytest.mark.parametrize("law", [None, PAPER_LAW], ids=["sticks", "paper"])
+def test_the_bed_is_what_planes_are_that_lie_and_move_anyhow(law):
+    """A sheet that bounces over the edge of its bed, in sub-steps of two lengths, and the same with
+    the planes of the bed told as those of a body; its vertices come and go."""
+    with_bed = sheet_on_bed(friction=0.4, half_length=0.15, law=law)
+    without = replace(with_bed, bed=None)
+    states, told, active, planes = [], [], [], with_bed.bed.untouched()
+    for sheet in (with_bed, without):
+        solver = ExplicitSolver(sheet, SUBSTEP, precision=float)
+        state = lay_flat(sheet.net, np.array([0.1, 0.0, 0.009]))
         state.velocity[:] = np.random.default_rng(5).normal(scale=0.4, size=state.velocity.shape)
         for step in [2e-3] * 60 + [1.1e-3] * 60:
-            solver.advance(state, step, untouched(sheet), STILL_BAR)
-            active.append(state.on_bed.active.copy())
+            if sheet.bed:
+                reaction = solver.advance(state, step, untouched(sheet), STILL_BAR)
+                force, active = reaction.bed_force, [*active, state.on_bed.active.copy()]
+            else:
+                with_bed.bed.find(state.position, planes)
+                reaction = solver.advance(state, step, planes, STILL_BAR)
+                force = reaction.contact.force.sum(axis=0)
+            told.append(np.concatenate([force, reaction.spent]))
         states.append(state)
-    assert np.array_equal(states[0].position, states[1].position)
-    assert np.array_equal(states[0].velocity, states[1].velocity)
-    changes = np.diff(np.array(active[:120]).astype(int), axis=0)
+    assert states[0].position == pytest.approx(states[1].position, abs=1e-10)
+    assert states[0].velocity == pytest.approx(states[1].velocity, abs=1e-8)
+    of_bed, of_planes = np.array(told).reshape(2, 120, 6)
+    assert np.abs(of_planes).max(axis=0).min() > 0
+    assert of_bed == pytest.approx(of_planes, rel=1e-6, abs=1e-8)
+    changes = np.diff(np.array(active).astype(int), axis=0)
     assert (changes == 1).any() and (changes == -1).any()

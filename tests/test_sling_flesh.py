@@ -21,7 +21,7 @@ def flesh_force(gap, area, modulus, thickness, at=None, stiffening=True):
     gap, count = np.atleast_1d(np.asarray(gap, float)), np.size(gap)
     plane = {name: np.zeros(count) for name in ("k", "c", "k_t", "c_t", "offset")}
     _press_flesh(
-        np.ones(count, bool), np.zeros(count, np.int64), gap if at is None else np.full(count, at),
+        np.arange(count), np.zeros(count, np.int64), gap if at is None else np.full(count, at),
         np.array([thickness]), np.full(count, area), np.array([modulus]), stiffening, 0.02,
         plane["k"], plane["c"], plane["k_t"], plane["c_t"], plane["offset"],
     )

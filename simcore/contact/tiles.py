@@ -6,6 +6,21 @@ from simcore.compiled import compiled
 
 
 @compiled
+def under_tiles(on_sheet, vertex, offsets, near):
+    """Return the skin vertices (l,), each once, among which `spread_by_tiles` shares forces."""
+    told = np.zeros(offsets.size - 1, np.bool_)
+    asked = np.zeros(offsets.size - 1, np.bool_)
+    for p in range(on_sheet.size):
+        i = vertex[p]
+        if on_sheet[p] == 0.0 or i < 0 or told[i]:
+            continue
+        told[i] = True
+        for k in range(offsets[i], offsets[i + 1]):
+            asked[np.uint64(near[k])] = True
+    return np.flatnonzero(asked)
+
+
+@compiled
 def spread_by_tiles(
     on_sheet, along_sheet, sheet, skin, vertex, normal, radius, offsets, near, area, acted_on,
     total, tangential,
@@ -40,13 +55,14 @@ def spread_by_tiles(
         ring = near[offsets[i] : offsets[i + 1]]
         sum_of = 0.0
         for k in range(ring.size):
+            near_by = np.uint64(ring[k])
             out = square = 0.0
             for a in range(3):
-                apart = skin[ring[k], a] - sheet[p, a]
+                apart = skin[near_by, a] - sheet[p, a]
                 out += apart * normal[p, a]
                 square += apart * apart
             beside = np.sqrt(max(square - out * out, 0.0))
-            weight[k] = area[ring[k]] * max(1.0 - beside / radius, 0.0)
+            weight[k] = area[near_by] * max(1.0 - beside / radius, 0.0)
             sum_of += weight[k]
         if sum_of == 0.0:  # nothing is under the tile: all goes to the vertex itself
             for k in range(ring.size):
@@ -54,8 +70,8 @@ def spread_by_tiles(
             sum_of = 1.0
         for k in range(ring.size):
             if weight[k] > 0.0:
-                share = weight[k] / sum_of
-                acted_on[ring[k]] = True
-                total[ring[k]] += on_sheet[p] * share
+                near_by, share = np.uint64(ring[k]), weight[k] / sum_of
+                acted_on[near_by] = True
+                total[near_by] += on_sheet[p] * share
                 for a in range(3):
-                    tangential[ring[k], a] -= along_sheet[p, a] * share
+                    tangential[near_by, a] -= along_sheet[p, a] * share

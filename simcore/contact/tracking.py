@@ -97,8 +97,9 @@ class SurfaceTracker:
         pose : callable
             Writes given skin vertices (k,) into `vertices`.
         """
-        _ways(points, self._points, rotation, position, travelled, self._way)
-        self.searched = bool((self._unseen < self._way).any())
+        self.searched = _ways(
+            points, self._points, rotation, position, travelled, self._unseen, self._way
+        )
         if self.searched:
             self._pose_all(pose)
             self._search(points, vertices, rotation, position)
@@ -150,13 +151,19 @@ class SurfaceTracker:
 
 
 @compiled
-def _ways(points, points_then, rotation, position, travelled, way):
-    """Write how far each point can have come towards the skin, both seen from a frame."""
+def _ways(points, points_then, rotation, position, travelled, unseen, way):
+    """Write how far each point can have come towards the skin, both seen from a frame.
+
+    Returns whether that is too far to stay `unseen` for any.
+    """
+    due = False
     for p in range(points.shape[0]):
         x, y, z = seen_from(rotation, position, points, p)
         way[p] = travelled + np.sqrt(
             (x - points_then[p, 0]) ** 2 + (y - points_then[p, 1]) ** 2
             + (z - points_then[p, 2]) ** 2)
+        due |= unseen[p] < way[p]
+    return due
 
 
 @compiled

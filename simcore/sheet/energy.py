@@ -8,6 +8,9 @@ from simcore.sheet.hanging import BarState, bar_points
 from simcore.sheet.inertia import Inertia
 from simcore.sheet.solver import Sheet, SheetState
 
+BENDING = 2
+"""Springs of this kind do not buckle (`Net.spring_kind`)."""
+
 
 def stored_energy(
     sheet: Sheet, inertia: Inertia, state: SheetState, bar: BarState
@@ -24,7 +27,7 @@ def stored_energy(
     potential = -net.mass @ (x @ sheet.gravity)
     elastic = _springs_energy(
         x, net.spring_vertices, net.stiffness, net.rest_length, net.buckling_strain,
-        np.where(net.spring_kind < 2, net.compression_share, 1.0),
+        net.spring_kind, net.compression_share,
     )
     if len(sheet.straps.length):
         points, _ = bar_points(sheet.straps, bar)
@@ -94,18 +97,19 @@ def _planes_energy(active, normal, offset, stiffness, anchor, tied, sticks, posi
 
 
 @compiled
-def _springs_energy(position, ends, stiffness, rest_length, buckling_strain, share):
+def _springs_energy(position, ends, stiffness, rest_length, buckling_strain, kind, kept):
     """Return the potential of Eq. 5 with the buckling of Eq. S3 [J]."""
     stored = 0.0
     for s in range(stiffness.size):
-        i, j = ends[s, 0], ends[s, 1]
+        i, j = np.uint64(ends[s, 0]), np.uint64(ends[s, 1])
         square = 0.0
         for axis in range(3):
             square += (position[j, axis] - position[i, axis]) ** 2
         length, rest = np.sqrt(square), rest_length[s]
         beyond = min(length - (1.0 - buckling_strain) * rest, 0.0)
+        share = kept if kind[s] < BENDING else 1.0
         stored += 0.5 * stiffness[s] * (
-            (length - rest) ** 2 - (1.0 - share[s]) * beyond * beyond)
+            (length - rest) ** 2 - (1.0 - share) * beyond * beyond)
     return stored
 
 
@@ -114,7 +118,7 @@ def _springs_power(position, velocity, ends, stiffness):
     """Return Σ k (d · ḋ)²/l² [N m/s²], the heat of all springs over their damping time."""
     power = 0.0
     for s in range(stiffness.size):
-        i, j = ends[s, 0], ends[s, 1]
+        i, j = np.uint64(ends[s, 0]), np.uint64(ends[s, 1])
         square = rate = 0.0
         for axis in range(3):
             d = position[j, axis] - position[i, axis]

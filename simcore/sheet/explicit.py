@@ -9,7 +9,8 @@ from simcore.compiled import fused
 from simcore.errors import DesignError
 from simcore.sheet.contact import PlaneContact
 from simcore.sheet.grid import SheetGrid, split, unite
-from simcore.sheet.grid_planes import PUSHED, GridPlanes, meet_planes, put_on_grid, take_from_grid
+from simcore.sheet.grid_bed import GridBed, meet_bed
+from simcore.sheet.grid_planes import GridPlanes, meet_planes, put_on_grid
 from simcore.sheet.hanging import BarState, bar_points
 from simcore.sheet.inertia import Inertia, whole_modes
 from simcore.sheet.solver import Reaction, Sheet, SheetState, check_finite, planes_of_bed
@@ -98,14 +99,15 @@ class ExplicitSolver:
         self.inertia = Inertia(mass, added, modes, carried)
 
         self._grid = grid = SheetGrid(sheet, self.inertia.local, precision)
-        self._skin, self._bed = GridPlanes(grid), GridPlanes(grid, fixed=True)
+        self._skin, self._bed = GridPlanes(grid), GridBed(grid)
         self._coarse, self._fine, self._velocity, self._before = (grid.zeros(3) for _ in range(4))
         self._pull = grid.zeros(len(grid.offsets), 3)
-        # Of what planes ask for, and of the force of those of the skin, in pairs of points.
+        # Of what planes ask for, in pairs of points.
         self._pairs = tuple(
-            rows.view(grid.pair)
-            for rows in (self._fine, self._velocity, self._before, grid.zeros(3))
+            rows.view(grid.pair) for rows in (self._fine, self._velocity, self._before)
         )
+        pushed = grid.zeros(3)  # force of the skin, while there is a bed to meet it
+        self._pushed = pushed, pushed.view(grid.pair)
         kept = sheet.net.compression_share
         self._springs = (
             grid.offsets, grid.stiffness, grid.rest_length, precision(sheet.net.buckling_strain),
@@ -141,13 +143,13 @@ class ExplicitSolver:
         _substeps(
             coarse, self._fine, self._velocity, self._before, grid.precision(dt / count), count,
             self._springs, self._weight, self._straps, hanging, strap_impulse,
-            (bed.arrays, bed.pairs, bed.last, bed.friction), bed.met,
-            (skin.arrays, skin.pairs, skin.last, skin.friction), skin.met, self._pairs,
-            self._whole, self._pull, self._span,
+            (bed.arrays, bed.span, bed.friction), bed.met,
+            (skin.arrays, skin.pairs, skin.last, skin.friction), skin.met, self._pushed,
+            self._pairs, self._whole, self._pull, self._span,
         )
         unite(state.position, state.velocity, grid.place, coarse, self._fine, self._before)
         check_finite(state)
-        _, of_bed, by_bed = bed.read(on_bed, coarse, state.position, dt)
+        of_bed, by_bed = bed.read(on_bed, coarse, state.position, dt)
         of_skin, _, by_skin = skin.read(contact, coarse, state.position, dt)
         return Reaction(of_skin, of_bed, strap_impulse / dt, count, by_bed + by_skin)
 
@@ -206,7 +208,7 @@ def _vertex_sums(sheet: Sheet, damping_time: float) -> tuple[np.ndarray, np.ndar
 @fused
 def _substeps(
     coarse, fine, velocity, before, h, count, springs, weight, straps, hanging, strap_impulse,
-    bed, on_bed, skin, on_skin, pairs, whole, pull, span,
+    bed, on_bed, skin, on_skin, pushed, pairs, whole, pull, span,
 ):
     """Take `count` sub-steps of length h [s]; arrays are those of the grid.
 
@@ -217,8 +219,9 @@ def _substeps(
     mass, mobility, gravity, drag_rate = weight
     gathered, spread, coupling = whole
     first, last = span
-    of_grid, of_skin = pairs[:3], pairs[3]
-    of_skin[:] = 0.0
+    by_skin, by_skin_in_pairs = pushed
+    if on_bed:
+        by_skin[:] = 0.0
     time = h - h
     for _ in range(count):
         pull_springs(
@@ -234,22 +237,21 @@ def _substeps(
                 strap_impulse,
             )
         if on_bed:
-            _push(skin[1], skin[2], of_skin, bed[1], bed[2])
-            meet_planes(*bed, *of_grid, time, h)
+            _push(skin[1], skin[2], by_skin_in_pairs)
+            meet_bed(*bed, by_skin, fine, velocity, before, mobility, h)
         if on_skin:
-            meet_planes(*skin, *of_grid, time, h)
+            meet_planes(*skin, *pairs, time, h)
         carried = carry(velocity, before, gathered, coupling, first, last)
         move(fine, velocity, before, spread, carried, h, first, last)
         time += h
 
 
 @fused
-def _push(skin, skin_last, on_grid, bed, bed_last):
-    """Tell the planes of the bed the force of the skin on their vertices, by way of the grid."""
-    (place, force, _), (bed_place, _, known) = skin, bed
+def _push(pairs, last, on_grid):
+    """Put the force of the skin in the sub-step before on the grid, in pairs of points."""
+    place, force, _ = pairs
     for axis in range(3):
-        put_on_grid(place, skin_last, force[axis], on_grid[axis])
-        take_from_grid(bed_place, bed_last, on_grid[axis], known[PUSHED + axis])
+        put_on_grid(place, last, force[axis], on_grid[axis])
 
 
 @fused

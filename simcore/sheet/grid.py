@@ -67,7 +67,7 @@ class SheetGrid:
 def split(position, velocity, place, coarse, fine, on_grid):
     """Put vertices (n, 3) on the grid (3, N): positions in a rounded part and what is left."""
     for i in range(place.size):
-        p = place[i]
+        p = np.uint64(place[i])
         for axis in range(3):
             coarse[axis, p] = position[i, axis]
             fine[axis, p] = position[i, axis] - coarse[axis, p]
@@ -78,7 +78,7 @@ def split(position, velocity, place, coarse, fine, on_grid):
 def unite(position, velocity, place, coarse, fine, on_grid):
     """Take vertices (n, 3) back from the grid (3, N)."""
     for i in range(place.size):
-        p = place[i]
+        p = np.uint64(place[i])
         for axis in range(3):
             position[i, axis] = np.float64(coarse[axis, p]) + fine[axis, p]
             velocity[i, axis] = on_grid[axis, p]

@@ -25,9 +25,8 @@ from simcore.sheet.vertex_contact import (
     solve_planes,
 )
 
-# Rows of what planes know of their vertices; vectors take three. PUSHED is the force that another
-# contact is going to add: zero unless it is written.
-PUSHED, POSITION, VELOCITY, BEFORE, MOBILITY, OWN_SIZE = 0, 3, 6, 9, 12, 13
+# Rows of what planes know of their vertices; vectors take three.
+POSITION, VELOCITY, BEFORE, MOBILITY, OWN_SIZE = 0, 3, 6, 9, 10
 
 
 class GridPlanes:
@@ -39,8 +38,6 @@ class GridPlanes:
     Parameters
     ----------
     grid : SheetGrid
-    fixed : bool
-        Planes come and go, but never change, as those of a bed.
 
     Attributes
     ----------
@@ -57,10 +54,9 @@ class GridPlanes:
         Whether any vertex has a plane in this step.
     """
 
-    def __init__(self, grid: SheetGrid, fixed: bool = False):
+    def __init__(self, grid: SheetGrid):
         self._grid = grid
         self._chosen = self._column = np.empty(0, np.int64)  # vertices, and their columns
-        self._fixed, self._substep = fixed, 0.0
         sizes = LAW_SIZE, TIE_SIZE, 3, SUMS, OWN_SIZE
         self.arrays = tuple(grid.zeros(size) for size in sizes)
         _, _, force, _, own = self.arrays
@@ -81,19 +77,16 @@ class GridPlanes:
         if not self.met:
             self._chosen, self.last = chosen, np.uint64(0)
             return
-        as_it_is = self._fixed and h == self._substep and np.array_equal(chosen, self._chosen)
         law, tie, force, sums, own = self.arrays
-        if not as_it_is:
-            self._chosen, self._substep = chosen, h
-            self._column, count = _pair_up(grid.place[chosen], self._pairs)
-            self.last = np.uint64(-(-2 * count // LANES) * LANES)
-            self._pairs[count : self.last // 2] = 0
-            _lay_law(
-                chosen, self._column, contact.normal, contact.stiffness, contact.damping,
-                contact.surface_velocity, contact.tangential_stiffness,
-                contact.tangential_damping, contact.friction_force, grid.place, grid.mobility, h,
-                self.last, law, own,
-            )
+        self._chosen = chosen
+        self._column, count = _pair_up(grid.place[chosen], self._pairs)
+        self.last = np.uint64(-(-2 * count // LANES) * LANES)
+        self._pairs[count : self.last // 2] = 0
+        _lay_law(
+            chosen, self._column, contact.normal, contact.stiffness, contact.damping,
+            contact.surface_velocity, contact.tangential_stiffness, contact.tangential_damping,
+            contact.friction_force, grid.place, grid.mobility, h, self.last, law, own,
+        )
         _lay_state(
             chosen, self._column, contact.normal, contact.offset, contact.anchor, contact.force,
             grid.place, coarse, self.last, law, tie, force, sums,
@@ -151,9 +144,8 @@ def meet_planes(arrays, pairs, last, friction, position, velocity, before, time,
         take_from_grid(place, last, velocity[axis], own_pairs[VELOCITY + axis])
         take_from_grid(place, last, before[axis], own_pairs[BEFORE + axis])
     solve_planes(
-        law, tie, force, sums, own[PUSHED], own[PUSHED + 1], own[PUSHED + 2],
-        own[POSITION : POSITION + 3], own[VELOCITY : VELOCITY + 3], own[BEFORE : BEFORE + 3],
-        own[MOBILITY], *friction, time, h, last,
+        law, tie, force, sums, own[POSITION : POSITION + 3], own[VELOCITY : VELOCITY + 3],
+        own[BEFORE : BEFORE + 3], own[MOBILITY], *friction, time, h, last,
     )
     for axis in range(3):
         put_on_grid(place, last, own_pairs[VELOCITY + axis], velocity[axis])
@@ -205,7 +197,7 @@ def _lay_law(
     law[DEPTH, :last] = -1.0
     own[MOBILITY, :last] = 0.0
     for e in range(chosen.size):
-        i, column = chosen[e], columns[e]
+        i, column = np.uint64(chosen[e]), np.uint64(columns[e])
         own[MOBILITY, column] = mobility[place[i]]
         for axis in range(3):
             law[NORMAL + axis, column] = normal[i, axis]
@@ -230,7 +222,8 @@ def _lay_state(
     _fill(tie, last, 0.0)
     tie[OPEN, :last] = 1.0
     for e in range(chosen.size):
-        i, column, p = chosen[e], columns[e], place[chosen[e]]
+        i, column = np.uint64(chosen[e]), np.uint64(columns[e])
+        p = np.uint64(place[i])
         tie[OPEN, column] = 0.0
         depth = offset[i]
         for axis in range(3):
@@ -251,7 +244,8 @@ def _read(
     """
     total, spent = np.zeros(3), np.zeros(3)
     for e in range(chosen.size):
-        i, column, p = chosen[e], columns[e], place[chosen[e]]
+        i, column = np.uint64(chosen[e]), np.uint64(columns[e])
+        p = np.uint64(place[i])
         for axis in range(3):
             spent[axis] += sums[HEAT + axis, column]
             mean[i, axis] = sums[axis, column] / duration

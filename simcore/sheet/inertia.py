@@ -75,24 +75,39 @@ class Inertia:
 
 @compiled
 def _kick(local, spread, coupling, velocity, impulse):
-    """Implement `Inertia.kick`."""
+    """Implement `Inertia.kick`; most vertices have no impulse of their own."""
     taken = np.zeros((MODES, 3))
     for i in range(local.size):
-        if impulse[i, 0] == 0.0 and impulse[i, 1] == 0.0 and impulse[i, 2] == 0.0:
+        x, y, z = impulse[i, 0], impulse[i, 1], impulse[i, 2]
+        if x == 0.0 and y == 0.0 and z == 0.0:
             continue
         for k in range(MODES):
-            for axis in range(3):
-                taken[k, axis] += spread[i, k] * impulse[i, axis]
+            taken[k, 0] += spread[i, k] * x
+            taken[k, 1] += spread[i, k] * y
+            taken[k, 2] += spread[i, k] * z
     given = coupling @ taken
+    ax, ay, az = given[0, 0], given[0, 1], given[0, 2]
+    bx, by, bz = given[1, 0], given[1, 1], given[1, 2]
+    cx, cy, cz = given[2, 0], given[2, 1], given[2, 2]
+    dx, dy, dz = given[3, 0], given[3, 1], given[3, 2]
     energy = 0.0
     for i in range(local.size):
+        x, y, z = impulse[i, 0], impulse[i, 1], impulse[i, 2]
+        u, v, w = velocity[i, 0], velocity[i, 1], velocity[i, 2]
+        a, b, c, d = spread[i, 0], spread[i, 1], spread[i, 2], spread[i, 3]
+        if x == 0.0 and y == 0.0 and z == 0.0:
+            velocity[i, 0] = u + (a * ax + b * bx + c * cx + d * dx)
+            velocity[i, 1] = v + (a * ay + b * by + c * cy + d * dy)
+            velocity[i, 2] = w + (a * az + b * bz + c * cz + d * dz)
+            continue
         mobility = 1.0 / local[i]
-        for axis in range(3):
-            shift = impulse[i, axis] * mobility
-            for k in range(MODES):
-                shift += spread[i, k] * given[k, axis]
-            energy += impulse[i, axis] * (velocity[i, axis] + 0.5 * shift)
-            velocity[i, axis] += shift
+        x_shift = x * mobility + a * ax + b * bx + c * cx + d * dx
+        y_shift = y * mobility + a * ay + b * by + c * cy + d * dy
+        z_shift = z * mobility + a * az + b * bz + c * cz + d * dz
+        energy += x * (u + 0.5 * x_shift)
+        energy += y * (v + 0.5 * y_shift)
+        energy += z * (w + 0.5 * z_shift)
+        velocity[i, 0], velocity[i, 1], velocity[i, 2] = u + x_shift, v + y_shift, w + z_shift
     return energy
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simcore.compiled import fused, reassociated
+from simcore.compiled import fused, inlined, reassociated
 
 TINY = 1e-24
 """Added to squared lengths [m²]: no division by zero between absent grid points."""
@@ -47,32 +47,63 @@ def pull_springs(
         Points to run over.
     """
     one, zero, tiny = share.dtype.type(1.0), share.dtype.type(0.0), share.dtype.type(TINY)
-    for i in range(offsets.size):
-        _pull(
+    for i in (0, 3):
+        a, b, c = i, i + 1, i + 2
+        _pull_three(
             coarse[0], coarse[1], coarse[2], fine[0], fine[1], fine[2], velocity[0], velocity[1],
-            velocity[2], offsets[i], stiffness[i], rest_length[i], buckling_strain, one - share[i],
-            damping_time, pull[i, 0], pull[i, 1], pull[i, 2], first, last, zero, one, tiny,
+            velocity[2], offsets[a], offsets[b], offsets[c], stiffness[a], stiffness[b],
+            stiffness[c], rest_length[a], rest_length[b], rest_length[c], one - share[a],
+            one - share[b], one - share[c], buckling_strain, damping_time, pull[a, 0], pull[a, 1],
+            pull[a, 2], pull[b, 0], pull[b, 1], pull[b, 2], pull[c, 0], pull[c, 1], pull[c, 2],
+            first, last, zero, one, tiny,
         )
 
 
 @fused
-def _pull(
-    hx, hy, hz, lx, ly, lz, vx, vy, vz, step, k, rest, buckling_strain, yielding, damping_time,
-    fx, fy, fz, first, last, zero, one, tiny,
+def _pull_three(
+    hx, hy, hz, lx, ly, lz, vx, vy, vz, a, b, c, ka, kb, kc, rest_a, rest_b, rest_c, yielding_a,
+    yielding_b, yielding_c, buckling_strain, damping_time, ax, ay, az, bx, by, bz, cx, cy, cz,
+    first, last, zero, one, tiny,
 ):
-    """Write what the springs of one direction do to the vertices that they start from."""
+    """Write what the springs of three directions do to the vertices that they start from.
+
+    What is read of these vertices serves all three; six at a time would take long to compile.
+    """
     for p in range(first, last):
-        q = p + step
-        dx = (hx[q] - hx[p]) + (lx[q] - lx[p])
-        dy = (hy[q] - hy[p]) + (ly[q] - ly[p])
-        dz = (hz[q] - hz[p]) + (lz[q] - lz[p])
-        rate = dx * (vx[q] - vx[p]) + dy * (vy[q] - vy[p]) + dz * (vz[q] - vz[p])
-        inverse = one / np.sqrt(dx * dx + dy * dy + dz * dz + tiny)
-        ratio = rest * inverse
-        stretch = one - ratio
-        stretch -= yielding * min(stretch + buckling_strain * ratio, zero)
-        s = k[p] * (stretch + damping_time * rate * inverse * inverse)
-        fx[p], fy[p], fz[p] = s * dx, s * dy, s * dz
+        h_x, h_y, h_z, l_x, l_y, l_z = hx[p], hy[p], hz[p], lx[p], ly[p], lz[p]
+        v_x, v_y, v_z = vx[p], vy[p], vz[p]
+        q = p + a
+        ax[p], ay[p], az[p] = _pull(
+            (hx[q] - h_x) + (lx[q] - l_x), (hy[q] - h_y) + (ly[q] - l_y),
+            (hz[q] - h_z) + (lz[q] - l_z), vx[q] - v_x, vy[q] - v_y, vz[q] - v_z, ka[p], rest_a,
+            yielding_a, buckling_strain, damping_time, zero, one, tiny,
+        )
+        q = p + b
+        bx[p], by[p], bz[p] = _pull(
+            (hx[q] - h_x) + (lx[q] - l_x), (hy[q] - h_y) + (ly[q] - l_y),
+            (hz[q] - h_z) + (lz[q] - l_z), vx[q] - v_x, vy[q] - v_y, vz[q] - v_z, kb[p], rest_b,
+            yielding_b, buckling_strain, damping_time, zero, one, tiny,
+        )
+        q = p + c
+        cx[p], cy[p], cz[p] = _pull(
+            (hx[q] - h_x) + (lx[q] - l_x), (hy[q] - h_y) + (ly[q] - l_y),
+            (hz[q] - h_z) + (lz[q] - l_z), vx[q] - v_x, vy[q] - v_y, vz[q] - v_z, kc[p], rest_c,
+            yielding_c, buckling_strain, damping_time, zero, one, tiny,
+        )
+
+
+@inlined
+def _pull(
+    dx, dy, dz, ux, uy, uz, k, rest, yielding, buckling_strain, damping_time, zero, one, tiny
+):
+    """Return the force of a spring along d whose ends part with u."""
+    rate = dx * ux + dy * uy + dz * uz
+    inverse = one / np.sqrt(dx * dx + dy * dy + dz * dz + tiny)
+    ratio = rest * inverse
+    stretch = one - ratio
+    stretch -= yielding * min(stretch + buckling_strain * ratio, zero)
+    s = k * (stretch + damping_time * rate * inverse * inverse)
+    return s * dx, s * dy, s * dz
 
 
 @fused

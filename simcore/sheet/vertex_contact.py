@@ -18,8 +18,8 @@ HEAT, SUMS = 3, 6  # after the impulse: heat, work of friction, loss
 
 @fused
 def solve_planes(
-    law, tie, force, sums, gx, gy, gz, position, velocity, before, mobility, coefficient, epsilon,
-    time, h, last,
+    law, tie, force, sums, position, velocity, before, mobility, coefficient, epsilon, time, h,
+    last,
 ):
     """Move the vertices that have a plane of one contact through a sub-step.
 
@@ -45,8 +45,6 @@ def solve_planes(
     sums : (SUMS, N)
         Has h (N n + F), heat of dashpots, work of sliding friction and what the sub-step
         itself took out (Eq. E5) added [N s, J].
-    gx, gy, gz : (N,)
-        Force that another contact is going to add to the velocities given [N].
     position, velocity : (3, N)
         Positions before the sub-step, and the velocities that all other forces give; velocities
         are overwritten [m, m/s].
@@ -63,18 +61,17 @@ def solve_planes(
     """
     if coefficient < 0.0:
         _viscous(
-            law, force, sums, gx, gy, gz, position, velocity, before, mobility, epsilon, time, h,
-            last,
+            law, force, sums, position, velocity, before, mobility, epsilon, time, h, last,
         )
     else:
         _sticking(
-            law, tie, force, sums, gx, gy, gz, position, velocity, before, mobility, coefficient,
-            time, h, last,
+            law, tie, force, sums, position, velocity, before, mobility, coefficient, time, h,
+            last,
         )
 
 
 @inlined
-def _press(depth, approach, k, c, share, rate, h):
+def press(depth, approach, k, c, share, rate, h):
     """Return N [N], 0 where open, and the approach speed after the sub-step [m/s]: Eq. S5."""
     normal = share * (k * depth + (h * k + c) * approach)
     after = approach - rate * normal
@@ -83,7 +80,7 @@ def _press(depth, approach, k, c, share, rate, h):
 
 
 @inlined
-def _leaving(depth, approach, k, h, zero):
+def leaving(depth, approach, k, h, zero):
     """Return what a spring loses whose vertex leaves faster than it follows, over k/2 [J]."""
     now, then = max(depth, zero), max(depth + h * approach, zero)
     return k * (now * now - then * then)
@@ -108,8 +105,7 @@ def _act(
 
 @fused
 def _sticking(
-    law, tie, force, sums, gx, gy, gz, position, velocity, before, mobility, coefficient, time, h,
-    last,
+    law, tie, force, sums, position, velocity, before, mobility, coefficient, time, h, last,
 ):
     """As `solve_planes`, with friction that sticks."""
     nx, ny, nz, sx, sy, sz = law[0], law[1], law[2], law[3], law[4], law[5]
@@ -125,11 +121,11 @@ def _sticking(
     for p in range(np.uint64(0), last):
         rate = h * mobility[p]
         x, y, z = px[p], py[p], pz[p]
-        ux, uy, uz = vx[p] + rate * gx[p], vy[p] + rate * gy[p], vz[p] + rate * gz[p]
+        ux, uy, uz = vx[p], vy[p], vz[p]
         surface = nx[p] * sx[p] + ny[p] * sy[p] + nz[p] * sz[p]
         approach = surface - (nx[p] * ux + ny[p] * uy + nz[p] * uz)
         depth = deep[p] + time * surface - (nx[p] * x + ny[p] * y + nz[p] * z)
-        normal, w, closed = _press(depth, approach, k[p], c[p], share[p], rate, h)
+        normal, w, closed = press(depth, approach, k[p], c[p], share[p], rate, h)
 
         # Elongation of the tie, tangential: none if the plane was open.
         was_open = opened[p] > zero
@@ -167,7 +163,7 @@ def _sticking(
         loss = half * (h * h * k[p] * w * w + kt[p] * (rx * rx + ry * ry + rz * rz))
         rub = -(qx * slip_x + qy * slip_y + qz * slip_z)
         let_go = half * kt[p] * (ex * ex + ey * ey + ez * ez)
-        cold = half * _leaving(depth, approach, k[p], h, zero)
+        cold = half * leaving(depth, approach, k[p], h, zero)
         heat[p] += warm if closed else cold
         rubbed[p] += rub if closed else let_go
 
@@ -189,7 +185,7 @@ def _sticking(
 
 @fused
 def _viscous(
-    law, force, sums, gx, gy, gz, position, velocity, before, mobility, epsilon, time, h, last,
+    law, force, sums, position, velocity, before, mobility, epsilon, time, h, last,
 ):
     """As `solve_planes`, with the paper's friction (Eq. S7); it has no ties."""
     nx, ny, nz, sx, sy, sz = law[0], law[1], law[2], law[3], law[4], law[5]
@@ -202,11 +198,11 @@ def _viscous(
     zero, half, one = law.dtype.type(0.0), law.dtype.type(0.5), law.dtype.type(1.0)
     for p in range(np.uint64(0), last):
         rate = h * mobility[p]
-        ux, uy, uz = vx[p] + rate * gx[p], vy[p] + rate * gy[p], vz[p] + rate * gz[p]
+        ux, uy, uz = vx[p], vy[p], vz[p]
         surface = nx[p] * sx[p] + ny[p] * sy[p] + nz[p] * sz[p]
         approach = surface - (nx[p] * ux + ny[p] * uy + nz[p] * uz)
         depth = deep[p] + time * surface - (nx[p] * px[p] + ny[p] * py[p] + nz[p] * pz[p])
-        normal, w, closed = _press(depth, approach, k[p], c[p], share[p], rate, h)
+        normal, w, closed = press(depth, approach, k[p], c[p], share[p], rate, h)
         tx, ty, tz = (
             ux - sx[p] + approach * nx[p], uy - sy[p] + approach * ny[p],
             uz - sz[p] + approach * nz[p])
@@ -215,7 +211,7 @@ def _viscous(
         qx, qy, qz = scale * tx, scale * ty, scale * tz
         rub = -h * (
             qx * (tx + rate * qx) + qy * (ty + rate * qy) + qz * (tz + rate * qz))
-        warm, cold = h * c[p] * w * w, half * _leaving(depth, approach, k[p], h, zero)
+        warm, cold = h * c[p] * w * w, half * leaving(depth, approach, k[p], h, zero)
         heat[p] += warm if closed else cold
         rubbed[p] += rub if closed else zero
 
