@@ -25,6 +25,9 @@ from simcore.point_contact import PointContact
 from simcore.scene import Scene
 from simcore.skin_contact import SkinContact
 
+ROUNDING = 1e-12
+"""Parts of the body that keep the distance they start at do not touch by so much [m]."""
+
 
 class Interaction:
     """Evaluates M(q) a + C + g = τ_joint + Jᵀf for one scene.
@@ -267,7 +270,8 @@ class Interaction:
         self._parts_met = (
             capsules.pairs, np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count)
         )
-        return (*shapes, np.maximum(allowed, 0.0)), (stiffness, law.damping_time_s * stiffness)
+        allowed = np.maximum(allowed, 0.0) + ROUNDING
+        return (*shapes, allowed), (stiffness, law.damping_time_s * stiffness)
 
     def _load_segments(self) -> None:
         """Write the contact forces on the skin as wrenches on its segments: Eq. 9."""

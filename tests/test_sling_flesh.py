@@ -9,9 +9,10 @@ from scipy.spatial import cKDTree
 from sling_scenes import sling_scene
 
 from simcore.body.build import build_body, posed_skin
-from simcore.body.flesh import LONGEST, THICKNESS_SHARE, limb_depth, way_through
+from simcore.body.flesh import THICKNESS_SHARE, limb_depth
 from simcore.body.inscribed import inscribed_radius
 from simcore.body.skin import vertex_normals
+from simcore.body.through import LONGEST, way_through
 from simcore.contact.layer import SHEAR_SHARE, STRAIN_MAX
 from simcore.sling_contact import _press_flesh
 
@@ -116,7 +117,8 @@ def test_way_through_simple_shapes(shape):
     normal = {"ball": mesh.vertices / half, "tube": mesh.vertices * (1, 1, 0) / half,
               "plate": np.sign(mesh.vertices) * (0, 0, 1)}[shape]
     for scale in (1.0, 2 * LONGEST / half):
-        way = way_through(scale * mesh.vertices, mesh.faces, normal)[side[shape]]
+        surface = scale * mesh.vertices
+        way = way_through(surface, normal, surface, mesh.faces)[side[shape]]
         assert way == pytest.approx(np.full(len(way), min(2 * half * scale, LONGEST)), rel=0.01)
 
 
@@ -148,7 +150,7 @@ def test_flesh_is_never_thicker_than_the_law_or_the_middle_of_a_limb():
     assert thickness.max() <= law * (1 + 1e-12)
     assert 0.1 < np.mean(thickness < 0.99 * law) < 0.9
     assert thickness.min() > 0
-    way = way_through(rest, seen.body.skin.faces, normals)
+    way = way_through(rest, normals, rest, seen.body.skin.faces)
     assert np.mean(2 * thickness / THICKNESS_SHARE < 1.05 * way) > 0.9
     fine = sling_scene({"method.contact.flesh.thickness_m": 0.02})
     assert fine.flesh.thickness == pytest.approx(np.minimum(thickness, 0.02), rel=1e-6)

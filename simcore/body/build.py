@@ -42,6 +42,8 @@ class Body:
         Segment i is joint i + 1 of the model.
     vertex_region : (n,) int
         Index into `region_names`.
+    way_through : (n,) float64
+        From each skin vertex straight through the body to the other side, at rest [m].
     region_names : tuple of str
     """
 
@@ -53,6 +55,7 @@ class Body:
     rest_configuration: np.ndarray
     segment_names: tuple[str, ...]
     vertex_region: np.ndarray
+    way_through: np.ndarray
     region_names: tuple[str, ...]
 
 
@@ -97,6 +100,7 @@ def build_body(design, name: str | None = None) -> Body:
         rest_configuration=configuration_of(model, arrays["rest_rotations"], arrays["rest_root"]),
         segment_names=SEGMENT_NAMES,
         vertex_region=arrays["vertex_region"],
+        way_through=arrays["way_through"],
         region_names=REGION_NAMES,
     )
 

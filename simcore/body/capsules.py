@@ -44,6 +44,7 @@ class Capsules:
 def fit_capsules(skin: Skin) -> Capsules:
     """Return the capsules of a body, from the skin that each segment carries."""
     ends, radius = np.empty((len(SEGMENT_NAMES), 2, 3)), np.empty((len(SEGMENT_NAMES), 2))
+    axes = []
     for index, name in enumerate(SEGMENT_NAMES):
         mine = (skin.influence_segment == index) & (skin.influence_weight > DOMINANT)
         points = skin.influence_point[mine]
@@ -53,6 +54,7 @@ def fit_capsules(skin: Skin) -> Capsules:
             axis = np.array([0.0, 1.0, 0.0])
         else:
             axis = np.linalg.svd(from_centre - from_centre.mean(axis=0), full_matrices=False)[2][0]
+            axis *= np.sign(axis @ centre)  # away from the joint
         along = from_centre @ axis
         distance = np.linalg.norm(from_centre - along[:, None] * axis, axis=1)
         low, high = along.min(), along.max()
@@ -61,10 +63,25 @@ def fit_capsules(skin: Skin) -> Capsules:
             np.quantile(distance[along < middle], RADIUS_QUANTILE),
             np.quantile(distance[along >= middle], RADIUS_QUANTILE),
         )
+        axes.append((centre, axis, low, high))
+    # Bodies are symmetric, and hands and feet of an uneven mesh nearly: both sides are as thick.
+    for index, other in enumerate(_mirrored()):
+        radius[index] = radius[other] = (radius[index] + radius[other]) / 2
+    for index, (centre, axis, low, high) in enumerate(axes):
         # The round caps end with the skin; a shape as wide as it is long becomes a ball.
         inset = np.minimum(radius[index], (high - low) / 2)
         ends[index] = centre + np.array([[low + inset[0]], [high - inset[1]]]) * axis
     return Capsules(ends, radius, _pairs())
+
+
+def _mirrored() -> list[int]:
+    """Return the segment on the other side of each, itself where there is none."""
+    sides = {"_left": "_right", "_right": "_left"}
+    return [
+        next((INDEX[name.removesuffix(side) + other] for side, other in sides.items()
+              if name.endswith(side)), index)
+        for index, name in enumerate(SEGMENT_NAMES)
+    ]
 
 
 def _pairs() -> np.ndarray:

@@ -1,5 +1,6 @@
 """From a body design to the arrays of a body: phenotype, surface, skeleton, inertia, skin."""
 
+from dataclasses import astuple
 from functools import lru_cache
 
 import numpy as np
@@ -7,16 +8,20 @@ import scipy.sparse as sparse
 
 from simcore.body.inertia import SegmentInertias, inertia_from_de_leva, inertia_from_mesh
 from simcore.body.makehuman import DATA, SOURCES, load_template
-from simcore.body.phenotype import BodyFamily, body_family, fit_phenotype
+from simcore.body.phenotype import BodyFamily, Phenotype, body_family, fit_phenotype
 from simcore.body.regions import vertex_regions
-from simcore.body.remesh import remesh
+from simcore.body.remesh import area_normals, remesh
 from simcore.body.skeleton import Skeleton, build_skeleton, joint_placements
 from simcore.body.skin import SKIN_FIELDS, build_skin, vertex_normals
 from simcore.body.surface import closing_operator, remesh_operator
+from simcore.body.through import way_through
 from simcore.cache import cache_folder, cached_arrays, content_key
 from simcore.errors import DesignError
 
 SMALLEST_WEIGHT = 0.01  # ASSUME: skin weights below this are dropped and the rest renormalised
+
+
+DIGITS = 2  # of the phenotype that the remesh goes by; the body itself is fitted through it
 
 
 def family_of(sex: str, age_years: float) -> BodyFamily:
@@ -35,7 +40,7 @@ def construct_body(design, name: str) -> dict[str, np.ndarray]:
     template, closing = load_template(), _closing()
     whole = family_of(design.sex, design.age_years)
     target = (name, design.stature_m, design.mass_kg)
-    first = fit_phenotype(whole, *target)
+    first = _rounded(fit_phenotype(whole, *target))
     evenly = remesh(whole.surface_vertices(first), template.faces, design.skin_vertices)
     mapping = remesh_operator(evenly, template.faces, closing.shape[0])
     # Chords cut volume and stature a little: fit again through the remesh itself, so that both
@@ -51,6 +56,10 @@ def construct_body(design, name: str) -> dict[str, np.ndarray]:
     skin = build_skin(
         vertices, evenly.faces, weights, skeleton.origins, skeleton.rest_rotations
     )
+    # Of the surface before the remesh, like inertias: chords make fingers and heels thinner.
+    outward = mapping @ _unit_normals(surface, template.faces)
+    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    through = way_through(vertices, outward, surface, template.faces)
     regions = vertex_regions(vertices, vertex_normals(skin, vertices), weights, skeleton)
     return {
         "stature": np.array(np.ptp(vertices[:, 2])),
@@ -61,8 +70,18 @@ def construct_body(design, name: str) -> dict[str, np.ndarray]:
         "rest_rotations": skeleton.rest_rotations,
         "rest_root": skeleton.origins[0],
         "vertex_region": regions,
+        "way_through": through,
         **{field: getattr(skin, field) for field in SKIN_FIELDS},
     }
+
+
+def _rounded(phenotype: Phenotype) -> Phenotype:
+    """Return a phenotype without its last digits.
+
+    These go by the machine and its number of threads, and would decide about single triangles, and
+    they about all that follow: every machine is to have the same mesh.
+    """
+    return Phenotype(*(round(axis, DIGITS) for axis in astuple(phenotype)))
 
 
 @lru_cache(maxsize=1)
@@ -95,6 +114,12 @@ def _inertias(design, name, surface, skeleton) -> SegmentInertias:
     raise DesignError(
         f"body {name}: inertia {design.inertia!r} is not one of mesh, de_leva"
     )
+
+
+def _unit_normals(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Return area-weighted vertex normals (n, 3), zero where no triangle has an area."""
+    normals = area_normals(points, faces)
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
 
 
 def _pruned(weights: np.ndarray) -> np.ndarray:

@@ -215,5 +215,10 @@ def _blend_corners(corners: np.ndarray, phenotype: Phenotype) -> np.ndarray:
         "i,j,k->ijk", _hat(phenotype.muscle, 3), _hat(phenotype.weight, 3),
         _hat(phenotype.height, 2),
     ).ravel()
-    flat = corners.reshape(18, -1)
-    return (coefficients @ flat).reshape(corners.shape[3:])
+    # One after another: a product of matrices is summed as the processor likes, and the last bits
+    # of coordinates decide about triangles of the remesh.
+    blended = np.zeros(corners.shape[3:])
+    for coefficient, corner in zip(coefficients, corners.reshape(18, *blended.shape), strict=True):
+        if coefficient:
+            blended += coefficient * corner
+    return blended

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from simcore.body.scalar_product import dot
 from simcore.compiled import compiled
 
 
@@ -76,9 +77,9 @@ def _an_edge_crosses(points, faces, normals, f, g):
         if _height(points, normals, p, a, g) * _height(points, normals, q, a, g) >= 0:
             continue
         start, along = points[p], points[q] - points[p]
-        ab = along @ np.cross(points[a] - start, points[b] - start)
-        bc = along @ np.cross(points[b] - start, points[c] - start)
-        ca = along @ np.cross(points[c] - start, points[a] - start)
+        ab = dot(along, np.cross(points[a] - start, points[b] - start))
+        bc = dot(along, np.cross(points[b] - start, points[c] - start))
+        ca = dot(along, np.cross(points[c] - start, points[a] - start))
         if (ab > 0 and bc > 0 and ca > 0) or (ab < 0 and bc < 0 and ca < 0):
             return True
     return False

@@ -21,6 +21,7 @@ from simcore.body.remesh_operations import (
     relax,
     split_long,
 )
+from simcore.body.scalar_product import dot
 from simcore.compiled import compiled
 
 ITERATIONS, MOST_ITERATIONS = 10, 40
@@ -116,7 +117,7 @@ class _Source:
     def __init__(self, vertices: np.ndarray, faces: np.ndarray, edge: float):
         self.vertices, self.faces = vertices, faces
         self.vertex_tree = cKDTree(vertices)
-        radius = inscribed_radius(self.vertex_tree, vertices, _normals(vertices, faces), edge)
+        radius = inscribed_radius(self.vertex_tree, vertices, area_normals(vertices, faces), edge)
         self.vertex_share = np.clip(EDGE_PER_RADIUS * radius / edge, SMALLEST_SHARE, 1.0)
         spacing = edge / 2
         corners = vertices[faces]
@@ -139,7 +140,7 @@ class _Source:
     def project(self, points: np.ndarray, triangulation: np.ndarray):
         """Closest surface points (n, 3), their triangles (n,) and coordinates there (n, 3)."""
         _, nearest = self.tree.query(points, k=CANDIDATE_VERTICES)
-        normals = _normals(points, triangulation)
+        normals = area_normals(points, triangulation)
         return _closest(points, normals, self.owners[nearest], self.vertices, self.faces)
 
 
@@ -167,7 +168,7 @@ def _one_iteration(points: np.ndarray, faces: np.ndarray, sizes: np.ndarray):
     return room_points[used], renumbered[kept]
 
 
-def _normals(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+def area_normals(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Area-weighted vertex normals (n, 3), not normalised."""
     corners = points[faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -181,18 +182,18 @@ def _normals(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
 def _closest_in_triangle(p, a, b, c):
     """Barycentric coordinates of the point of triangle abc nearest p (Ericson 2005, § 5.1.5)."""
     ab, ac, ap = b - a, c - a, p - a
-    d1, d2 = ab @ ap, ac @ ap
+    d1, d2 = dot(ab, ap), dot(ac, ap)
     if d1 <= 0 and d2 <= 0:
         return 1.0, 0.0, 0.0
     bp = p - b
-    d3, d4 = ab @ bp, ac @ bp
+    d3, d4 = dot(ab, bp), dot(ac, bp)
     if d3 >= 0 and d4 <= d3:
         return 0.0, 1.0, 0.0
     vc = d1 * d4 - d3 * d2
     if vc <= 0 and d1 >= 0 and d3 <= 0:
         return 1 - d1 / (d1 - d3), d1 / (d1 - d3), 0.0
     cp = p - c
-    d5, d6 = ab @ cp, ac @ cp
+    d5, d6 = dot(ab, cp), dot(ac, cp)
     if d6 >= 0 and d5 <= d6:
         return 0.0, 0.0, 1.0
     vb = d5 * d2 - d1 * d6
@@ -217,11 +218,11 @@ def _closest(points, normals, candidates, vertices, faces):
         for same_way in (True, False):
             for f in candidates[i]:
                 a, b, c = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
-                if same_way and np.cross(b - a, c - a) @ normals[i] <= 0:
+                if same_way and dot(np.cross(b - a, c - a), normals[i]) <= 0:
                     continue
                 u, v, w = _closest_in_triangle(points[i], a, b, c)
                 q = u * a + v * b + w * c
-                distance = (q - points[i]) @ (q - points[i])
+                distance = dot(q - points[i], q - points[i])
                 if distance < best:
                     best = distance
                     found[i] = q

@@ -8,6 +8,7 @@ of an edge is the mean of its ends'.  All work in place.
 
 import numpy as np
 
+from simcore.body.scalar_product import dot
 from simcore.compiled import compiled
 
 MAX_VALENCE = 24
@@ -81,7 +82,7 @@ def split_long(points, faces, incident, valence, counts, sizes):
             left, c = _face_with_edge(faces, incident, valence, a, b)
             right, d = _face_with_edge(faces, incident, valence, b, a)
             if (
-                span @ span > longest * longest
+                dot(span, span) > longest * longest
                 and valence[c] < MAX_VALENCE
                 and valence[d] < MAX_VALENCE
                 and counts[0] < len(points)
@@ -139,10 +140,10 @@ def _may_move(points, faces, incident, valence, v, other, target, longest):
             k += 1
         p, q = points[faces[f, (k + 1) % 3]], points[faces[f, (k + 2) % 3]]
         to_p, to_q = p - target, q - target
-        if to_p @ to_p > longest * longest or to_q @ to_q > longest * longest:
+        if dot(to_p, to_p) > longest * longest or dot(to_q, to_q) > longest * longest:
             return False
         before, after = np.cross(p - points[v], q - points[v]), np.cross(to_p, to_q)
-        if before @ after <= 0.2 * np.sqrt((before @ before) * (after @ after)):
+        if dot(before, after) <= 0.2 * np.sqrt((dot(before, before)) * (dot(after, after))):
             return False
     return True
 
@@ -160,7 +161,7 @@ def collapse_short(points, faces, incident, valence, counts, sizes):
                 break
             span = points[a] - points[b]
             size = 0.5 * (sizes[a] + sizes[b])
-            if span @ span >= (SHORTEST * size) ** 2:
+            if dot(span, span) >= (SHORTEST * size) ** 2:
                 continue
             left, c = _face_with_edge(faces, incident, valence, a, b)
             right, d = _face_with_edge(faces, incident, valence, b, a)
@@ -221,10 +222,10 @@ def flip_for_valence(points, faces, incident, valence, counts):
             old_left, old_right = _cross(points, a, b, c), _cross(points, b, a, d)
             new_left, new_right = _cross(points, a, d, c), _cross(points, d, b, c)
             mean = old_left + old_right
-            mean /= np.sqrt(mean @ mean)
+            mean /= np.sqrt(dot(mean, mean))
             if (
-                new_left @ mean < 0.5 * np.sqrt(new_left @ new_left)
-                or new_right @ mean < 0.5 * np.sqrt(new_right @ new_right)
+                dot(new_left, mean) < 0.5 * np.sqrt(dot(new_left, new_left))
+                or dot(new_right, mean) < 0.5 * np.sqrt(dot(new_right, new_right))
             ):
                 continue
             _set(faces, left, a, d, c)
@@ -247,11 +248,11 @@ def relax(points, faces, incident, valence, counts):
         for i in range(valence[v]):
             f = incident[v, i]
             cross = _cross(points, faces[f, 0], faces[f, 1], faces[f, 2])
-            area = np.sqrt(cross @ cross)
+            area = np.sqrt(dot(cross, cross))
             centre += area * (points[faces[f, 0]] + points[faces[f, 1]] + points[faces[f, 2]]) / 3
             normal += cross
             total += area
         step = centre / total - points[v]
-        normal /= np.sqrt(normal @ normal) + 1e-30
-        moved[v] += step - (step @ normal) * normal
+        normal /= np.sqrt(dot(normal, normal)) + 1e-30
+        moved[v] += step - (dot(step, normal)) * normal
     points[: counts[0]] = moved
