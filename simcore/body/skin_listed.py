@@ -190,8 +190,8 @@ def blend_velocity_listed(
             frames[j, 9 + a] = local_velocities[j, a]
     for i in listed:
         u = v = w = 0.0
-        for k in range(offsets[i], offsets[i + 1]):
-            j = segments[k]
+        for k in range(np.uint64(offsets[i]), np.uint64(offsets[i + 1])):
+            j = np.uint64(segments[k])
             p, q, r, weight = points[k, 0], points[k, 1], points[k, 2], weights[k]
             lx = frames[j, 9] + frames[j, 13] * r - frames[j, 14] * q
             ly = frames[j, 10] + frames[j, 14] * p - frames[j, 12] * r
@@ -217,8 +217,8 @@ def wrench_listed(listed, offsets, segments, weights, points, rotations, force, 
         fx, fy, fz = force[i, 0], force[i, 1], force[i, 2]
         if fx == 0.0 and fy == 0.0 and fz == 0.0:
             continue
-        for k in range(offsets[i], offsets[i + 1]):
-            j = segments[k]
+        for k in range(np.uint64(offsets[i]), np.uint64(offsets[i + 1])):
+            j = np.uint64(segments[k])
             p, q, r, weight = points[k, 0], points[k, 1], points[k, 2], weights[k]
             x = turns[j, 0] * p + turns[j, 1] * q + turns[j, 2] * r
             y = turns[j, 3] * p + turns[j, 4] * q + turns[j, 5] * r

@@ -139,7 +139,8 @@ def gather(point, low, shape, starts, cx, cy, cz, radius, near, square):
     for i in range(first_x, last_x):
         for j in range(first_y, last_y):
             column = (i * shape[1] + j) * shape[2]
-            for place in range(starts[column + first_z], starts[column + last_z]):
+            start, end = starts[column + first_z], starts[column + last_z]
+            for place in range(np.uint64(start), np.uint64(end)):
                 dx = point[place, 0] - cx
                 dy = point[place, 1] - cy
                 dz = point[place, 2] - cz

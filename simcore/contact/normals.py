@@ -33,13 +33,13 @@ def vertex_normal(vertices, i, ring_offsets, ring_next):
     nx = ny = nz = 0.0
     x, y, z = vertices[i, 0], vertices[i, 1], vertices[i, 2]
     wx = wy = wz = 0.0
-    c = i
-    for e in range(ring_offsets[i], ring_offsets[i + 1]):
-        b = ring_next[e, 0]
+    c = np.uint64(i)
+    for e in range(np.uint64(ring_offsets[i]), np.uint64(ring_offsets[i + 1])):
+        b = np.uint64(ring_next[e, 0])
         if b != c:
             wx, wy, wz = vertices[b, 0] - x, vertices[b, 1] - y, vertices[b, 2] - z
         ux, uy, uz = wx, wy, wz
-        c = ring_next[e, 1]
+        c = np.uint64(ring_next[e, 1])
         wx, wy, wz = vertices[c, 0] - x, vertices[c, 1] - y, vertices[c, 2] - z
         nx += uy * wz - uz * wy
         ny += uz * wx - ux * wz
@@ -60,13 +60,13 @@ def normal_and_bend(vertices, i, ring_offsets, ring_next, edge_change_rate):
     squares = 0.0
     x, y, z = vertices[i, 0], vertices[i, 1], vertices[i, 2]
     wx = wy = wz = 0.0
-    c = i
-    for e in range(ring_offsets[i], ring_offsets[i + 1]):
-        b = ring_next[e, 0]
+    c = np.uint64(i)
+    for e in range(np.uint64(ring_offsets[i]), np.uint64(ring_offsets[i + 1])):
+        b = np.uint64(ring_next[e, 0])
         if b != c:
             wx, wy, wz = vertices[b, 0] - x, vertices[b, 1] - y, vertices[b, 2] - z
         ux, uy, uz = wx, wy, wz
-        c = ring_next[e, 1]
+        c = np.uint64(ring_next[e, 1])
         wx, wy, wz = vertices[c, 0] - x, vertices[c, 1] - y, vertices[c, 2] - z
         nx += uy * wz - uz * wy
         ny += uz * wx - ux * wz

@@ -43,9 +43,9 @@ def find_contacts(
         patch = patches[a]
         nearest_of_eight(points, patch, skin, near, first[a], last[a], square, index)
         for k in range(EIGHT):
-            i = index[k]
-            if i < 0 or square[k] > search_radius * search_radius:
+            if index[k] < 0 or square[k] > search_radius * search_radius:
                 continue
+            i = np.uint64(index[k])
             if not known[i]:
                 outward[i, 0], outward[i, 1], outward[i, 2] = vertex_normal(
                     skin, i, ring_offsets, ring_next)
@@ -116,7 +116,7 @@ def penalty_forces(
     turn = _in_axes(rotation, angular_velocity)
     on_point, deepest, fastest = np.empty(point.size), -1, 0.0
     for c in range(point.size):
-        i, k = vertex[c], point[c]
+        i, k = np.uint64(vertex[c]), np.uint64(point[c])
         if deepest < 0 or depth[c] > depth[deepest]:
             deepest = c
         x, y, z = device_points[k, 0], device_points[k, 1], device_points[k, 2]

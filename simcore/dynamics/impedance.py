@@ -74,10 +74,12 @@ def add_point_impedance(
         block[15], block[16], block[17] = y * w20 - z * w10, y * w21 - z * w11, y * w22 - z * w12
         block[18], block[19] = z * w01 - x * w21, z * w02 - x * w22
         block[20] = x * w12 - y * w02
-        for e in range(offsets[i], offsets[i + 1]):
-            for f in range(e, offsets[i + 1]):
+        last = np.uint64(offsets[i + 1])
+        for e in range(np.uint64(offsets[i]), last):
+            for f in range(e, last):
                 share = weights[e] * weights[f]
-                j, k = min(segments[e], segments[f]), max(segments[e], segments[f])
+                j = np.uint64(min(segments[e], segments[f]))
+                k = np.uint64(max(segments[e], segments[f]))
                 for c in range(blocks.shape[2]):  # not unrolled, and so in vectors
                     blocks[j, k, c] += share * block[c]
 
