@@ -58,15 +58,6 @@ def build_clearance_grid(
 
 
 @compiled
-def to_device(chosen, points, rotation, position, out):
-    """Write chosen world points (n, 3) in the device frame."""
-    for i in chosen:
-        x, y, z = points[i, 0] - position[0], points[i, 1] - position[1], points[i, 2] - position[2]
-        for d in range(3):
-            out[i, d] = rotation[0, d] * x + rotation[1, d] * y + rotation[2, d] * z
-
-
-@compiled
 def look_up_clearance(chosen, points, origin, edge, shape, clearance, margin, out):
     """Write a lower bound of the distance of chosen points from the device vertices [m].
 
