@@ -7,7 +7,17 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array
 
 from simcore.body.skin import Skin
-from simcore.compiled import compiled
+from simcore.compiled import (
+    compiled,
+    first_three,
+    four_of,
+    inlined,
+    put_four,
+    put_three,
+    spread,
+    three_of,
+    turned,
+)
 
 
 @lru_cache(maxsize=4)
@@ -116,23 +126,14 @@ def blend_listed(listed, offsets, segments, weights, points, rotations, position
     Of indices that are unsigned it need not be asked whether they count from the end, which took
     a third of the time.
     """
-    frames = np.empty((rotations.shape[0], 12))
-    for j in range(frames.shape[0]):
-        for a in range(3):
-            for b in range(3):
-                frames[j, 3 * a + b] = rotations[j, a, b]
-            frames[j, 9 + a] = positions[j, a]
+    frames = _columns(rotations, positions)
     for i in listed:
-        x = y = z = 0.0
+        place = spread(0.0)
         for k in range(np.uint64(offsets[i]), np.uint64(offsets[i + 1])):
-            j = np.uint64(segments[k])
-            p, q, r, w = points[k, 0], points[k, 1], points[k, 2], weights[k]
-            x += w * (frames[j, 0] * p + frames[j, 1] * q + frames[j, 2] * r + frames[j, 9])
-            y += w * (frames[j, 3] * p + frames[j, 4] * q + frames[j, 5] * r + frames[j, 10])
-            z += w * (frames[j, 6] * p + frames[j, 7] * q + frames[j, 8] * r + frames[j, 11])
-        vertices[i, 0] = x
-        vertices[i, 1] = y
-        vertices[i, 2] = z
+            j = np.uint64(4) * np.uint64(segments[k])
+            arm = _turned_by(frames, j, points[k, 0], points[k, 1], points[k, 2])
+            place = place + spread(weights[k]) * (arm + four_of(frames, j + np.uint64(3)))
+        put_three(place, vertices, i)
 
 
 @compiled
@@ -145,35 +146,18 @@ def blend_motion_listed(
     `local_velocities` (m, 6) are each segment's linear and angular velocity in its own axes, so
     that v̇_i = Σ_j α_ij R_j (ẋ_j + ω_j × p_ij).
     """
-    frames = np.empty((rotations.shape[0], 18))
-    for j in range(frames.shape[0]):
-        for a in range(3):
-            for b in range(3):
-                frames[j, 3 * a + b] = rotations[j, a, b]
-            frames[j, 9 + a] = positions[j, a]
-        for a in range(6):
-            frames[j, 12 + a] = local_velocities[j, a]
+    frames, motions = _columns(rotations, positions), _columns_of_motion(local_velocities)
     for i in listed:
-        x = y = z = 0.0
-        u = v = w = 0.0
+        place = velocity = spread(0.0)
         for k in range(np.uint64(offsets[i]), np.uint64(offsets[i + 1])):
-            j = np.uint64(segments[k])
-            p, q, r, weight = points[k, 0], points[k, 1], points[k, 2], weights[k]
-            lx = frames[j, 12] + frames[j, 16] * r - frames[j, 17] * q
-            ly = frames[j, 13] + frames[j, 17] * p - frames[j, 15] * r
-            lz = frames[j, 14] + frames[j, 15] * q - frames[j, 16] * p
-            x += weight * (frames[j, 0] * p + frames[j, 1] * q + frames[j, 2] * r + frames[j, 9])
-            y += weight * (frames[j, 3] * p + frames[j, 4] * q + frames[j, 5] * r + frames[j, 10])
-            z += weight * (frames[j, 6] * p + frames[j, 7] * q + frames[j, 8] * r + frames[j, 11])
-            u += weight * (frames[j, 0] * lx + frames[j, 1] * ly + frames[j, 2] * lz)
-            v += weight * (frames[j, 3] * lx + frames[j, 4] * ly + frames[j, 5] * lz)
-            w += weight * (frames[j, 6] * lx + frames[j, 7] * ly + frames[j, 8] * lz)
-        vertices[i, 0] = x
-        vertices[i, 1] = y
-        vertices[i, 2] = z
-        velocities[i, 0] = u
-        velocities[i, 1] = v
-        velocities[i, 2] = w
+            segment, weight = np.uint64(segments[k]), spread(weights[k])
+            j = np.uint64(4) * segment
+            arm = _turned_by(frames, j, points[k, 0], points[k, 1], points[k, 2])
+            place = place + weight * (arm + four_of(frames, j + np.uint64(3)))
+            x, y, z = first_three(_local_velocity(motions, segment, three_of(points, k)))
+            velocity = velocity + weight * _turned_by(frames, j, x, y, z)
+        put_three(place, vertices, i)
+        put_three(velocity, velocities, i)
 
 
 @compiled
@@ -181,54 +165,85 @@ def blend_velocity_listed(
     listed, offsets, segments, weights, points, rotations, local_velocities, velocities,
 ):
     """Write the velocities of the listed vertices as `blend_motion_listed` does."""
-    frames = np.empty((rotations.shape[0], 15))
-    for j in range(frames.shape[0]):
-        for a in range(3):
-            for b in range(3):
-                frames[j, 3 * a + b] = rotations[j, a, b]
-        for a in range(6):
-            frames[j, 9 + a] = local_velocities[j, a]
+    frames = _columns(rotations, np.zeros((rotations.shape[0], 3)))
+    motions = _columns_of_motion(local_velocities)
     for i in listed:
-        u = v = w = 0.0
+        velocity = spread(0.0)
         for k in range(np.uint64(offsets[i]), np.uint64(offsets[i + 1])):
             j = np.uint64(segments[k])
-            p, q, r, weight = points[k, 0], points[k, 1], points[k, 2], weights[k]
-            lx = frames[j, 9] + frames[j, 13] * r - frames[j, 14] * q
-            ly = frames[j, 10] + frames[j, 14] * p - frames[j, 12] * r
-            lz = frames[j, 11] + frames[j, 12] * q - frames[j, 13] * p
-            u += weight * (frames[j, 0] * lx + frames[j, 1] * ly + frames[j, 2] * lz)
-            v += weight * (frames[j, 3] * lx + frames[j, 4] * ly + frames[j, 5] * lz)
-            w += weight * (frames[j, 6] * lx + frames[j, 7] * ly + frames[j, 8] * lz)
-        velocities[i, 0] = u
-        velocities[i, 1] = v
-        velocities[i, 2] = w
+            x, y, z = first_three(_local_velocity(motions, j, three_of(points, k)))
+            velocity = velocity + spread(weights[k]) * _turned_by(
+                frames, np.uint64(4) * j, x, y, z)
+        put_three(velocity, velocities, i)
+
+
+@compiled
+def _columns(rotations, positions):
+    """Return the columns of [R | x] of each segment, and 0 (4 m, 4)."""
+    columns = np.zeros((4 * rotations.shape[0], 4))
+    for j in range(rotations.shape[0]):
+        for a in range(3):
+            for b in range(3):
+                columns[4 * j + b, a] = rotations[j, a, b]
+            columns[4 * j + 3, a] = positions[j, a]
+    return columns
+
+
+@compiled
+def _columns_of_motion(local_velocities):
+    """Return linear velocity, (ω_y, ω_z, ω_x) and (ω_z, ω_x, ω_y) of each segment (3 m, 4)."""
+    columns = np.zeros((3 * local_velocities.shape[0], 4))
+    for j in range(local_velocities.shape[0]):
+        for a in range(3):
+            columns[3 * j, a] = local_velocities[j, a]
+            columns[3 * j + 1, a] = local_velocities[j, 3 + (a + 1) % 3]
+            columns[3 * j + 2, a] = local_velocities[j, 3 + (a + 2) % 3]
+    return columns
+
+
+@inlined
+def _turned_by(frames, first, x, y, z):
+    """Return R (x, y, z), whose columns are rows of `frames` from the first on."""
+    return (
+        four_of(frames, first) * spread(x) + four_of(frames, first + np.uint64(1)) * spread(y)
+    ) + four_of(frames, first + np.uint64(2)) * spread(z)
+
+
+@inlined
+def _local_velocity(motions, segment, point):
+    """Return ẋ + ω × p in the segment's axes."""
+    j = np.uint64(3) * segment
+    next_to = turned(point)
+    return (
+        four_of(motions, j) + four_of(motions, j + np.uint64(1)) * turned(next_to)
+    ) - four_of(motions, j + np.uint64(2)) * next_to
 
 
 @compiled
 def wrench_listed(listed, offsets, segments, weights, points, rotations, force, wrench):
     """Write force and moment about each segment's origin (m, 6) of forces on listed vertices."""
-    wrench[:] = 0.0
-    turns = np.empty((rotations.shape[0], 9))
-    for j in range(turns.shape[0]):
-        for a in range(3):
-            for b in range(3):
-                turns[j, 3 * a + b] = rotations[j, a, b]
+    frames = _columns(rotations, np.zeros((rotations.shape[0], 3)))
+    # Of each segment, force and (m_z, m_x, m_y).
+    sums = np.zeros((2 * rotations.shape[0], 4))
     for i in listed:
-        fx, fy, fz = force[i, 0], force[i, 1], force[i, 2]
+        push = three_of(force, i)
+        fx, fy, fz = first_three(push)
         if fx == 0.0 and fy == 0.0 and fz == 0.0:
             continue
+        turned_push = turned(push)
         for k in range(np.uint64(offsets[i]), np.uint64(offsets[i + 1])):
-            j = np.uint64(segments[k])
-            p, q, r, weight = points[k, 0], points[k, 1], points[k, 2], weights[k]
-            x = turns[j, 0] * p + turns[j, 1] * q + turns[j, 2] * r
-            y = turns[j, 3] * p + turns[j, 4] * q + turns[j, 5] * r
-            z = turns[j, 6] * p + turns[j, 7] * q + turns[j, 8] * r
-            wrench[j, 0] += weight * fx
-            wrench[j, 1] += weight * fy
-            wrench[j, 2] += weight * fz
-            wrench[j, 3] += weight * (y * fz - z * fy)
-            wrench[j, 4] += weight * (z * fx - x * fz)
-            wrench[j, 5] += weight * (x * fy - y * fx)
+            j, weight = np.uint64(segments[k]), spread(weights[k])
+            arm = _turned_by(
+                frames, np.uint64(4) * j, points[k, 0], points[k, 1], points[k, 2])
+            moment = arm * turned_push - turned(arm) * push
+            first = np.uint64(2) * j
+            put_four(four_of(sums, first) + weight * push, sums, first)
+            second = first + np.uint64(1)
+            put_four(four_of(sums, second) + weight * moment, sums, second)
+    for j in range(wrench.shape[0]):
+        for a in range(3):
+            wrench[j, a] = sums[2 * j, a]
+            wrench[j, 3 + a] = sums[2 * j + 1, (a + 1) % 3]
 
 
 @compiled

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simcore.compiled import compiled, inlined
+from simcore.compiled import compiled, first_three, inlined, spread, three_of, turned
 
 FARTHEST = 0.010
 """Bounds of how far normals turn hold for so much motion [m]."""
@@ -27,25 +27,11 @@ def chained(ring_offsets, ring_next):
     return pairs
 
 
-@compiled
+@inlined
 def vertex_normal(vertices, i, ring_offsets, ring_next):
     """Return the area-weighted unit normal of skin vertex i; fastest along chained rings."""
-    nx = ny = nz = 0.0
-    x, y, z = vertices[i, 0], vertices[i, 1], vertices[i, 2]
-    wx = wy = wz = 0.0
-    c = np.uint64(i)
-    for e in range(np.uint64(ring_offsets[i]), np.uint64(ring_offsets[i + 1])):
-        b = np.uint64(ring_next[e, 0])
-        if b != c:
-            wx, wy, wz = vertices[b, 0] - x, vertices[b, 1] - y, vertices[b, 2] - z
-        ux, uy, uz = wx, wy, wz
-        c = np.uint64(ring_next[e, 1])
-        wx, wy, wz = vertices[c, 0] - x, vertices[c, 1] - y, vertices[c, 2] - z
-        nx += uy * wz - uz * wy
-        ny += uz * wx - ux * wz
-        nz += ux * wy - uy * wx
-    length = np.sqrt(nx * nx + ny * ny + nz * nz)
-    return nx / length, ny / length, nz / length
+    normal, _ = _ring_sums(vertices, i, ring_offsets, ring_next)
+    return first_three(normal / spread(_length(normal)))
 
 
 @inlined
@@ -56,26 +42,40 @@ def normal_and_bend(vertices, i, ring_offsets, ring_next, edge_change_rate):
     most ΔN = Σ δ (|u| + |w| + δ), and its direction by at most √2 ΔN/|N| if ΔN < |N|, and 2
     otherwise. δ is `edge_change_rate` times the motion, which is `FARTHEST` at most.
     """
-    nx = ny = nz = 0.0
-    squares = 0.0
-    x, y, z = vertices[i, 0], vertices[i, 1], vertices[i, 2]
-    wx = wy = wz = 0.0
-    c = np.uint64(i)
-    for e in range(np.uint64(ring_offsets[i]), np.uint64(ring_offsets[i + 1])):
-        b = np.uint64(ring_next[e, 0])
-        if b != c:
-            wx, wy, wz = vertices[b, 0] - x, vertices[b, 1] - y, vertices[b, 2] - z
-        ux, uy, uz = wx, wy, wz
-        c = np.uint64(ring_next[e, 1])
-        wx, wy, wz = vertices[c, 0] - x, vertices[c, 1] - y, vertices[c, 2] - z
-        nx += uy * wz - uz * wy
-        ny += uz * wx - ux * wz
-        nz += ux * wy - uy * wx
-        squares += ux * ux + uy * uy + uz * uz + wx * wx + wy * wy + wz * wz
-    length = np.sqrt(nx * nx + ny * ny + nz * nz)
+    normal, squares = _ring_sums(vertices, i, ring_offsets, ring_next)
+    length = _length(normal)
     count = ring_offsets[i + 1] - ring_offsets[i]
     change = FARTHEST * edge_change_rate
     # Σ (|u| + |w|) is at most what equal lengths would give.
     grown = (np.sqrt(2 * count * squares) + count * change) / length
     bend = edge_change_rate * grown * (np.sqrt(2.0) if change * grown < 1.0 else 2.0)
-    return nx / length, ny / length, nz / length, bend
+    nx, ny, nz = first_three(normal / spread(length))
+    return nx, ny, nz, bend
+
+
+@inlined
+def _ring_sums(vertices, i, ring_offsets, ring_next):
+    """Return Σ u × w over the pairs of edges of a ring, and Σ u² + w², which is free if unused."""
+    own = three_of(vertices, i)
+    normal = w = turned_w = spread(0.0)
+    squares, square_w = 0.0, (0.0, 0.0, 0.0)
+    c = np.uint64(i)
+    for e in range(np.uint64(ring_offsets[i]), np.uint64(ring_offsets[i + 1])):
+        b = np.uint64(ring_next[e, 0])
+        if b != c:
+            w = three_of(vertices, b) - own
+            turned_w, square_w = turned(w), first_three(w * w)
+        u, turned_u, square_u = w, turned_w, square_w
+        c = np.uint64(ring_next[e, 1])
+        w = three_of(vertices, c) - own
+        turned_w, square_w = turned(w), first_three(w * w)
+        normal = normal + (u * turned_w - turned_u * w)
+        squares += (square_u[0] + square_u[1] + square_u[2]
+                    + square_w[0] + square_w[1] + square_w[2])
+    return turned(normal), squares
+
+
+@inlined
+def _length(vector):
+    x, y, z = first_three(vector)
+    return np.sqrt(x * x + y * y + z * z)
