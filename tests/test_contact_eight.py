@@ -7,7 +7,13 @@ from hypothesis import strategies as st
 
 from simcore.compiled import compiled
 from simcore.contact.device_patches import build_patches
-from simcore.contact.eight import EIGHT, lessen_of_eight, nearest_of_eight, within_of_eight
+from simcore.contact.eight import (
+    EIGHT,
+    lessen_of_eight,
+    nearest_of_eight,
+    squares_of_eight,
+    within_of_eight,
+)
 
 seeds = st.integers(0, 2**32 - 2)
 
@@ -18,8 +24,13 @@ def nearest(points, group, targets, near, first, last, square, index):
 
 
 @compiled
-def within(points, group, targets, target, limit):
-    return within_of_eight(points, group, targets, target, limit)
+def squares_of(points, targets, count, squares, least):
+    squares_of_eight(points, targets, count, squares, least)
+
+
+@compiled
+def within(squares, target, limit):
+    return within_of_eight(squares, target, limit)
 
 
 @compiled
@@ -69,14 +80,31 @@ def test_of_equals_the_first_is_nearest():
 
 @settings(max_examples=50, deadline=None)
 @given(seeds)
-def test_within_has_a_bit_for_each_point(seed):
+def test_squares_are_those_of_single_precision_to_the_bit(seed):
     case = Case(seed)
-    target = int(case.rng.integers(40))
-    limit = case.rng.permutation(np.nan_to_num(case.squares[:, target], posinf=1.0))  # some equal
-    bits = within(case.points, case.group, case.targets, target, limit)
-    expected = case.squares[:, target] <= limit
-    assert [bool(bits >> k & 1) for k in range(EIGHT)] == expected.tolist()
-    assert bits >> EIGHT == 0
+    points, targets = case.points[case.group].astype(np.float32), case.targets.astype(np.float32)
+    count = int(case.rng.integers(41))
+    squares, least = np.full((40, EIGHT), np.nan, np.float32), np.empty(EIGHT, np.float32)
+    squares_of(points, targets, count, squares, least)
+    way = points.T - targets[:, None]  # target, point, coordinate
+    expected = way[..., 0] ** 2 + way[..., 1] ** 2 + way[..., 2] ** 2
+    assert np.array_equal(squares[:count], expected[:count])
+    assert np.isnan(squares[count:]).all()
+    assert np.array_equal(least, expected[:count].min(axis=0, initial=np.inf))
+
+
+@settings(max_examples=50, deadline=None)
+@given(seeds)
+def test_within_is_one_as_soon_as_any_point_is(seed):
+    rng = np.random.default_rng(seed)
+    squares = rng.uniform(size=(5, EIGHT)).astype(np.float32)
+    target, limit = int(rng.integers(5)), np.full(EIGHT, -1, np.float32)
+    assert within(squares, target, limit) == 0
+    k = int(rng.integers(EIGHT))
+    limit[k] = squares[target, k]  # as near as that is within
+    assert within(squares, target, limit) == 1
+    limit[k] = np.nextafter(limit[k], np.float32(-1))
+    assert within(squares, target, limit) == 0
 
 
 @settings(max_examples=50, deadline=None)
@@ -107,14 +135,12 @@ def test_patches_hold_every_point_once_in_their_balls(seed, count):
     at = patches.points.transpose(0, 2, 1)
     assert np.array_equal(at[there], vertices[patches.vertex[there]])
     assert np.isinf(at[~there]).all()
-    distance = np.linalg.norm(at - patches.centre[:, None], axis=2)
-    assert (distance[there] <= np.repeat(patches.radius, there.sum(axis=1)) + 1e-15).all()
     group = np.arange(len(at)) // EIGHT
-    assert np.array_equal(
-        patches.group_centres.transpose(0, 2, 1).reshape(-1, 3)[: len(at)], patches.centre
-    )
-    apart = np.linalg.norm(patches.centre - patches.group_middle[group], axis=1)
-    assert (apart + patches.radius <= patches.group_radius[group] + 1e-12).all()
+    centre = patches.group_centres.transpose(0, 2, 1).reshape(-1, 3)[: len(at)]
+    apart = np.linalg.norm(at - (centre + patches.group_middle[group])[:, None], axis=2)
+    assert (apart[there] <= np.repeat(patches.radius, there.sum(axis=1)) + 1e-6).all()
+    from_middle = np.linalg.norm(centre, axis=1)
+    assert (from_middle + patches.radius <= patches.group_radius[group] + 1e-6).all()
 
 
 def test_patches_of_an_even_sheet_are_small():

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simcore.compiled import compiled, inlined
-from simcore.contact.eight import EIGHT, nearest_of_eight, within_of_eight
+from simcore.compiled import compiled
+from simcore.contact.eight import EIGHT, squares_of_eight, within_of_eight
 from simcore.contact.neighbour_grid import (
     ClearanceGrid,
     build_clearance_grid,
@@ -16,6 +16,9 @@ from simcore.contact.neighbour_grid import (
 CLEARANCE_EDGE, CLEARANCE_MARGIN, CLEARANCE_SHARP = 0.02, 0.3, 0.04
 """Edge of the clearance grid's cells, its margin around the device, and where its bounds are sharp
 [m]; tuned for time, without effect on the result (docs/performance.md)."""
+
+ROUNDING = 1e-5
+"""More than single precision takes off distances of less than ten metres [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,17 +31,17 @@ class Patches:
         Points of each, −1 where there is none.
     points : (p, 3, 8) float64
         Where they are, infinite where there is none [m].
-    centre : (p, 3), radius : (p,) float64
-        A ball around each patch [m].
-    group_centres : (g, 3, 8) float64
-        Centres of every eight patches from the first on, infinite where there is none [m].
+    radius : (p,) float64
+        Of a ball around each patch [m].
+    group_centres : (g, 3, 8) float32
+        Centres of the balls of every eight patches from the first on, from the middle of all,
+        infinite where there is none [m].
     group_middle : (g, 3), group_radius : (g,) float64
         A ball around these eight patches [m].
     """
 
     vertex: np.ndarray
     points: np.ndarray
-    centre: np.ndarray
     radius: np.ndarray
     group_centres: np.ndarray
     group_middle: np.ndarray
@@ -69,7 +72,9 @@ def build_patches(vertices: np.ndarray) -> Patches:
     points, centre, radius = _eights(vertices[order], np.zeros(len(vertices)))
     vertex = np.full((len(points), EIGHT), -1)
     vertex.ravel()[: len(order)] = order
-    return Patches(vertex, points, centre, radius, *_eights(centre, radius))
+    centres, middle, around = _eights(centre, radius)
+    centres = (centres - middle[..., None]).astype(np.float32)
+    return Patches(vertex, points, radius, centres, middle, around)
 
 
 def _eights(centre: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -117,7 +122,7 @@ def near_patches(
 
     While no skin vertex moves by more than its slack σ in the device frame, that of a point p is
     among those with d − σ ≤ min d + σ, d being the distances from p now. Of these, those that can
-    come within `radius` are kept.
+    come within `radius` are kept. Distances are of single precision, and a few more vertices are.
 
     Parameters
     ----------
@@ -140,14 +145,15 @@ def near_patches(
     near : (offsets[-1],) int64
         Skin vertices of each.
     """
-    patches, offsets = np.zeros((2, patch_radius.size + 1), np.int64)
+    patches, offsets = np.zeros((2, patch_points.shape[0] + 1), np.int64)
     if chosen.size == 0:
         return patches[:0].copy(), offsets[:1].copy(), patches[:0].copy()
     low, shape, starts, vertex, point = sort_into_cells(skin, chosen)
-    places, bits, some = np.empty((3, chosen.size + 1), np.int64)
-    squares, index, limit = np.empty(EIGHT), np.empty(EIGHT, np.int64), np.empty(EIGHT)
+    places, distances = np.empty(chosen.size + 1, np.int64), np.empty(chosen.size + 1)
+    around, targets = np.empty(chosen.size, np.int64), np.empty((chosen.size, 3), np.float32)
+    squares, points = np.empty((chosen.size, EIGHT), np.float32), np.empty((3, EIGHT), np.float32)
+    apart, least, limit = np.empty((3, EIGHT), np.float32)
     near, most = np.empty(16 * 1024, np.int64), 0.0
-    distances = np.empty(chosen.size + 1)
     for i in chosen:
         most = max(most, slack[kind[i]])
     count = total = 0
@@ -160,39 +166,30 @@ def near_patches(
             continue
         moves = 0.0
         for e in range(met):
-            moves = max(moves, slack[kind[vertex[places[e]]]])
-        # First by the balls around the patches, then by their points.
-        nearest_of_eight(group_centres, g, point, places, 0, met, squares, index)
-        for k in range(EIGHT):
-            ball = patch_radius[EIGHT * g + k] if index[k] >= 0 else 0.0
-            limit[k] = _limit(squares[k], index[k], 2 * (moves + ball), radius + ball + moves)
-        for e in range(met):
-            bits[e] = within_of_eight(group_centres, g, point, places[e], limit)
+            around[e] = vertex[places[e]]
+            moves = max(moves, slack[kind[around[e]]])
+            for a in range(3):
+                targets[e, a] = point[places[e], a] - group_middle[g, a]
         while total + EIGHT * met >= near.size:
             near = np.concatenate((near, near))
-        for lane in range(EIGHT):
-            patch, around = EIGHT * g + lane, 0
-            for e in range(met):
-                some[around] = places[e]
-                around += (bits[e] >> lane) & 1
-            if around == 0:
+        squares_of_eight(group_centres[g], targets, met, squares, apart)
+        for lane in range(min(EIGHT, patch_points.shape[0] - EIGHT * g)):
+            patch = EIGHT * g + lane
+            if np.sqrt(apart[lane]) > radius + moves + patch_radius[patch] + ROUNDING:
                 continue
-            nearest_of_eight(patch_points, patch, point, some, 0, around, squares, index)
+            for a in range(3):
+                for k in range(EIGHT):
+                    points[a, k] = patch_points[patch, a, k] - group_middle[g, a]
+            squares_of_eight(points, targets, met, squares, least)
             for k in range(EIGHT):
-                limit[k] = _limit(squares[k], index[k], 2 * moves, radius + moves)
+                reach = min(np.sqrt(np.float64(least[k])) + 2 * moves, radius + moves) + ROUNDING
+                limit[k] = reach * reach if least[k] < np.inf else -1.0
             start = total
-            for e in range(around):
-                near[total] = vertex[some[e]]
-                total += within_of_eight(patch_points, patch, point, some[e], limit) != 0
+            for e in range(np.uint64(met)):
+                near[total] = around[e]
+                total += within_of_eight(squares, e, limit)
             if total > start:
                 patches[count] = patch
                 count += 1
                 offsets[count] = total
     return patches[:count].copy(), offsets[: count + 1].copy(), near[:total].copy()
-
-
-@inlined
-def _limit(square, index, beyond, most):
-    """Return the square of what is so far beyond a nearest one, but at most so far [m²]."""
-    limit = min(np.sqrt(square) + beyond, most)
-    return limit * limit if index >= 0 else -1.0

@@ -14,8 +14,9 @@ EIGHT = 8
 
 _INDEX = ir.IntType(64)
 _REALS, _INDICES = ir.VectorType(ir.DoubleType(), EIGHT), ir.VectorType(_INDEX, EIGHT)
+_SINGLES = ir.VectorType(ir.FloatType(), EIGHT)
 _PLACES, _BITS = ir.VectorType(ir.IntType(32), EIGHT), ir.IntType(EIGHT)
-_ALIGNED = 8  # bytes, as numpy aligns numbers
+_ALIGNED = {_REALS: 8, _INDICES: 8, _SINGLES: 4}  # bytes, as numpy aligns numbers
 
 
 @intrinsic
@@ -48,7 +49,7 @@ def nearest_of_eight(typing, points, group, targets, near, first, last, square, 
         found = cgutils.alloca_once_value(builder, ir.Constant(_INDICES, [-1] * EIGHT))
         with cgutils.for_range_slice(builder, first, last, _INDEX(1)) as (entry, _):
             target = builder.load(builder.gep(near, [entry]))
-            here = _squares(builder, place, targets, target)
+            here = _squares(builder, place, targets, target, _REALS)
             before = builder.load(least)
             closer = builder.fcmp_ordered("<", here, before)
             builder.store(builder.select(closer, here, before), least)
@@ -62,18 +63,59 @@ def nearest_of_eight(typing, points, group, targets, near, first, last, square, 
 
 
 @intrinsic
-def within_of_eight(typing, points, group, targets, target, limit):
-    """Return to which of eight points a target is as near as their squared limits (8,), as bits.
+def squares_of_eight(typing, points, targets, count, squares, least):
+    """Write the squared distances of eight points from the first targets, in single precision.
 
-    Points and targets as in `nearest_of_eight`.
+    Parameters
+    ----------
+    points : (3, 8) float32
+        Infinite where there is none.
+    targets : (m, 3) float32
+    count : int
+        Of the targets, so many are looked at.
+    squares : (m, 8) float32
+        Overwritten as far.
+    least : (8,) float32
+        Overwritten with the least of each point, infinite without any.
     """
-    signature = types.int64(points, types.int64, targets, types.int64, limit)
+    signature = types.void(points, targets, types.int64, squares, least)
 
     def generate(context, builder, signature, arguments):
-        points, group, targets, target, limit = _with_data(context, builder, signature, arguments)
-        here = _squares(builder, _eight_points(builder, points, group), targets, target)
-        inside = builder.fcmp_ordered("<=", here, _load(builder, limit))
-        return builder.zext(builder.bitcast(inside, _BITS), _INDEX)
+        points, targets, count, squares, least = _with_data(context, builder, signature, arguments)
+        place = [
+            _load(builder, builder.gep(points, [_INDEX(a * EIGHT)]), _SINGLES) for a in range(3)
+        ]
+        nearest = cgutils.alloca_once_value(builder, _everywhere(float("inf"), _SINGLES))
+        with cgutils.for_range(builder, count, intp=_INDEX) as loop:
+            here = _squares(builder, place, targets, loop.index, _SINGLES)
+            _store(
+                builder, here, builder.gep(squares, [builder.mul(loop.index, _INDEX(EIGHT))]),
+                _SINGLES,
+            )
+            before = builder.load(nearest)
+            closer = builder.fcmp_ordered("<", here, before)
+            builder.store(builder.select(closer, here, before), nearest)
+        _store(builder, builder.load(nearest), least, _SINGLES)
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+@intrinsic
+def within_of_eight(typing, squares, target, limit):
+    """Return whether any of eight points is as near to a target as its squared limit (8,) float32.
+
+    `squares` (m, 8) are those of `squares_of_eight`.
+    """
+    signature = types.int64(squares, types.int64, limit)
+
+    def generate(context, builder, signature, arguments):
+        squares, target, limit = _with_data(context, builder, signature, arguments)
+        here = _load(
+            builder, builder.gep(squares, [builder.mul(target, _INDEX(EIGHT))]), _SINGLES)
+        inside = builder.fcmp_ordered("<=", here, _load(builder, limit, _SINGLES))
+        some = builder.icmp_unsigned("!=", builder.bitcast(inside, _BITS), _BITS(0))
+        return builder.zext(some, _INDEX)
 
     return signature, generate
 
@@ -104,7 +146,7 @@ def lessen_of_eight(
         points, group, targets, target, *normal, bend, least, free = _with_data(
             context, builder, signature, arguments
         )
-        ways = _ways(builder, _eight_points(builder, points, group), targets, target)
+        ways = _ways(builder, _eight_points(builder, points, group), targets, target, _REALS)
         root = cgutils.get_or_insert_function(
             builder.module, ir.FunctionType(_REALS, [_REALS]), "llvm.sqrt.v8f64"
         )
@@ -116,12 +158,12 @@ def lessen_of_eight(
         ])
         turning = builder.fmul(distance, _eight_times(builder, bend, _REALS))
         until_touch = builder.fdiv(outside, builder.fadd(_everywhere(1.0), turning))
-        ahead = builder.fsub(distance, _load(builder, least))
+        ahead = builder.fsub(distance, _load(builder, least, _REALS))
         until_nearest = builder.fmul(ahead, _everywhere(0.5))
         way = builder.select(
             builder.fcmp_ordered(">", until_touch, until_nearest), until_touch, until_nearest
         )
-        before = _load(builder, free)
+        before = _load(builder, free, _REALS)
         less = builder.fcmp_ordered("<", way, before)
         _store(builder, builder.select(less, way, before), free, _REALS)
         return context.get_dummy_value()
@@ -142,21 +184,22 @@ def _eight_points(builder, points, group) -> list:
     """Return the coordinates of a group, each a vector."""
     start = builder.mul(group, _INDEX(3 * EIGHT))
     return [
-        _load(builder, builder.gep(points, [builder.add(start, _INDEX(a * EIGHT))]))
+        _load(builder, builder.gep(points, [builder.add(start, _INDEX(a * EIGHT))]), _REALS)
         for a in range(3)
     ]
 
 
-def _squares(builder, place, targets, target):
+def _squares(builder, place, targets, target, vector):
     """Return the squared distances of eight points from one target."""
-    return _sum(builder, [builder.fmul(w, w) for w in _ways(builder, place, targets, target)])
+    ways = _ways(builder, place, targets, target, vector)
+    return _sum(builder, [builder.fmul(way, way) for way in ways])
 
 
-def _ways(builder, place, targets, target) -> list:
+def _ways(builder, place, targets, target, vector) -> list:
     """Return the coordinates of the ways from one target to eight points."""
     start = builder.mul(target, _INDEX(3))
     at = [builder.load(builder.gep(targets, [builder.add(start, _INDEX(a))])) for a in range(3)]
-    return [builder.fsub(place[a], _eight_times(builder, at[a], _REALS)) for a in range(3)]
+    return [builder.fsub(place[a], _eight_times(builder, at[a], vector)) for a in range(3)]
 
 
 def _sum(builder, terms):
@@ -164,9 +207,9 @@ def _sum(builder, terms):
     return builder.fadd(builder.fadd(terms[0], terms[1]), terms[2])
 
 
-def _everywhere(number: float):
+def _everywhere(number: float, vector=_REALS):
     """Return a constant vector."""
-    return ir.Constant(_REALS, [number] * EIGHT)
+    return ir.Constant(vector, [number] * EIGHT)
 
 
 def _eight_times(builder, value, vector):
@@ -176,13 +219,14 @@ def _eight_times(builder, value, vector):
     return builder.shuffle_vector(one, nothing, ir.Constant(_PLACES, [0] * EIGHT))
 
 
-def _load(builder, pointer):
+def _load(builder, pointer, vector):
     """Return the eight numbers that start at a pointer."""
-    loaded = builder.load(builder.bitcast(pointer, _REALS.as_pointer()))
-    loaded.align = _ALIGNED
+    loaded = builder.load(builder.bitcast(pointer, vector.as_pointer()))
+    loaded.align = _ALIGNED[vector]
     return loaded
 
 
 def _store(builder, values, pointer, vector) -> None:
     """Write eight numbers from a pointer on."""
-    builder.store(values, builder.bitcast(pointer, vector.as_pointer())).align = _ALIGNED
+    stored = builder.store(values, builder.bitcast(pointer, vector.as_pointer()))
+    stored.align = _ALIGNED[vector]
