@@ -14,14 +14,14 @@ import numpy as np
 from simcore.compiled import compiled
 from simcore.contact.device_patches import DevicePoints, near_patches
 from simcore.contact.neighbour_grid import look_up_clearance
-from simcore.contact.patch_budgets import renew_budgets, spend_budgets
+from simcore.contact.patch_budgets import least_budgets, renew_budgets, spend_budgets
 from simcore.contact.segment_motion import motion_bound
 from simcore.contact.skin_kinds import (
     SkinKinds,
     greatest_of_kinds,
-    kinds_around,
     least_of_parts,
-    with_stars,
+    list_around,
+    parts_around,
 )
 
 OUTER_SLACK, INNER_SLACK = (0.003, 0.016), (0.0003, 0.001)
@@ -79,10 +79,13 @@ class Neighbours:
         self._pace = np.zeros(count)
         self._age = 0
         self._clearance, self._mark = np.zeros(vertices), np.zeros(vertices, bool)
+        # Skin that tests ask for and that contact does, and which is among them.
+        self._asked, self._all_listed = np.empty((2, vertices + 1), np.int64)
+        self._known, self._is_listed = np.zeros((2, vertices), np.uint8)
         self._normals = np.empty((vertices, 4))
         none = np.empty(0, np.int64)
         self.patches = self.first = self.last = self.near = self.listed = none
-        self._offsets, self._near_patches, self._near_kinds = none, none, (none, none)
+        self._offsets, self._near_patches, self._near_parts = none, none, (none, none)
         self._budget, self._needed = np.empty((2, 0))
         self.rebuilds = np.zeros(2, dtype=np.int64)  # outer, inner
 
@@ -114,7 +117,7 @@ class Neighbours:
         if outer_used:
             self._list_near(pose, skin)
             self._outer_pose[:] = segments
-        self._renew(self._spend(), pose, skin)
+        self._renew(pose, skin)
         self._inner_pose[:] = segments
         self._age = 0
 
@@ -136,8 +139,12 @@ class Neighbours:
             skin, chosen, kinds.kind, slack, patches.points, patches.radius,
             patches.group_centres, patches.group_middle, patches.group_radius, radius,
         )
-        self._near_kinds = kinds_around(self._offsets, self.near, kinds.kind, len(slack))
+        self._near_parts = parts_around(
+            self._offsets, self.near, kinds.kind, kinds.offsets, kinds.parts, len(allowed)
+        )
         self._budget, self._needed = np.full((2, len(self._near_patches)), -1.0)
+        self.patches = self.first = self.last = self.listed = self._near_patches[:0]
+        self._is_listed[:] = 0
         # Skin that is far from the device may move by as much as it is far.
         least = least_of_parts(
             kinds.offsets, kinds.parts, _least_clearance(kinds.kind, self._clearance, len(slack)),
@@ -146,36 +153,33 @@ class Neighbours:
         self._outer_allowance[:] = np.maximum(allowed, least - radius)
         self.rebuilds[0] += 1
 
-    def _spend(self) -> np.ndarray:
-        """Take the motion off the budgets; return which patches are to be tested."""
-        kinds = self._kinds
-        slack = np.clip(INNER_LIFE * self._pace, *INNER_SLACK)
-        return spend_budgets(
-            *self._near_kinds, greatest_of_kinds(kinds.offsets, kinds.parts, self._inner_motion),
-            greatest_of_kinds(kinds.offsets, kinds.parts, slack), self._budget, self._needed,
-        )
-
-    def _renew(self, due, pose, skin) -> None:
-        """Test patches, and list those that can touch, with the skin that they need."""
-        kinds = self._kinds
+    def _renew(self, pose, skin) -> None:
+        """Test patches with little left of their budgets, and list those that can touch."""
+        stars = self._kinds.star_offsets, self._kinds.star
         rows = self._offsets, self.near
-        around = _gathered(due, *rows, self._mark)
-        pose(with_stars(around, kinds.star_offsets, kinds.star, self._mark))
+        slack = np.clip(INNER_LIFE * self._pace, *INNER_SLACK)
+        due = spend_budgets(
+            *self._near_parts, self._inner_motion, slack, self._budget, self._needed
+        )
+        count = list_around(due, *rows, *stars, self._asked, 0, self._known)
+        asked = self._asked[:count]
+        self._known[asked] = 0
+        pose(asked)
         renew_budgets(
             self._near_patches, *rows, due, self._needed, self._device.patches.points, skin,
             *self._rings, self._edge_change_rate, self._search_radius, self._normals, self._mark,
             self._budget,
         )
-        active = np.isinf(self._budget)
-        self.patches = self._near_patches[active]
-        self.first, self.last = self._offsets[:-1][active], self._offsets[1:][active]
-        self.listed = with_stars(
-            _gathered(active, *rows, self._mark), kinds.star_offsets, kinds.star, self._mark
-        )
-        left = _least_budget(*self._near_kinds, self._budget, len(kinds.offsets) - 1)
-        self._inner_allowance[:] = least_of_parts(
-            kinds.offsets, kinds.parts, left, len(self._pace)
-        )
+        came = due[np.isinf(self._budget[due])]
+        if len(came):
+            active = np.isinf(self._budget)
+            self.patches = self._near_patches[active]
+            self.first, self.last = self._offsets[:-1][active], self._offsets[1:][active]
+            count = list_around(
+                came, *rows, *stars, self._all_listed, len(self.listed), self._is_listed
+            )
+            self.listed = self._all_listed[:count]
+        self._inner_allowance[:] = least_budgets(*self._near_parts, self._budget, len(self._pace))
         self.rebuilds[1] += 1
 
 
@@ -221,28 +225,3 @@ def _least_clearance(kind, clearance, count):
     for i in range(kind.size):
         least[kind[i]] = min(least[kind[i]], clearance[i])
     return least
-
-
-@compiled
-def _least_budget(kind_offsets, kinds, budget, count):
-    """Return the least budget of the patches around which each of so many kinds is [m]."""
-    least = np.full(count, np.inf)
-    for p in range(budget.size):
-        for e in range(kind_offsets[p], kind_offsets[p + 1]):
-            least[kinds[e]] = min(least[kinds[e]], budget[p])
-    return least
-
-
-@compiled
-def _gathered(chosen, offsets, near, mark):
-    """Return what is near the chosen patches (p,), each once; `mark` (n,) is all false."""
-    found, count = np.empty(mark.size + 1, np.int64), 0
-    for p in range(chosen.size):
-        if chosen[p]:
-            for e in range(offsets[p], offsets[p + 1]):
-                found[count] = near[e]
-                count += not mark[near[e]]
-                mark[near[e]] = True
-    for e in range(count):
-        mark[found[e]] = False
-    return found[:count].copy()

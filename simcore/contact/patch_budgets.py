@@ -13,30 +13,41 @@ from simcore.contact.normals import FARTHEST, normal_and_bend
 
 
 @compiled
-def spend_budgets(kind_offsets, kinds, way, slack, budget, needed):
-    """Take motions off the budgets; return which patches (p,) are to be tested.
+def spend_budgets(part_offsets, parts, way, slack, budget, needed):
+    """Take motions off the budgets; return which patches (d,) are to be tested.
 
     Parameters
     ----------
-    kind_offsets, kinds
-        Kinds of the skin around each patch (`simcore.contact.skin_kinds`), as CSR.
+    part_offsets, parts
+        Parts of the body that the skin around each patch moves with, as CSR.
     way, slack : (k,) float64
-        How far the skin of each kind has moved at most since the last call, and how little a budget
+        How far the skin of each part has moved at most since the last call, and how little a budget
         is worth while its patch is not active [m].
     budget : (p,) float64
         [m]; overwritten.
     needed : (p,) float64
         The slack around each patch [m]; overwritten.
     """
-    due = np.zeros(budget.size, np.bool_)
+    due, count = np.empty(budget.size + 1, np.int64), 0
     for p in range(budget.size):
         spent = own = 0.0
-        for e in range(kind_offsets[p], kind_offsets[p + 1]):
-            spent, own = max(spent, way[kinds[e]]), max(own, slack[kinds[e]])
+        for e in range(part_offsets[p], part_offsets[p + 1]):
+            spent, own = max(spent, way[parts[e]]), max(own, slack[parts[e]])
         budget[p] -= spent
         needed[p] = own
-        due[p] = budget[p] < 0.5 * own
-    return due
+        due[count] = p
+        count += budget[p] < 0.5 * own
+    return due[:count].copy()
+
+
+@compiled
+def least_budgets(part_offsets, parts, budget, count):
+    """Return the least budget of the patches around which each of so many parts is [m]."""
+    least = np.full(count, np.inf)
+    for p in range(budget.size):
+        for e in range(part_offsets[p], part_offsets[p + 1]):
+            least[parts[e]] = min(least[parts[e]], budget[p])
+    return least
 
 
 @compiled
@@ -72,9 +83,7 @@ def renew_budgets(
     """
     squares, index = np.empty(EIGHT), np.empty(EIGHT, np.int64)
     least, free = np.empty(EIGHT), np.empty(EIGHT)
-    for p in range(patches.size):
-        if not due[p]:
-            continue
+    for p in due:
         patch, first, end = patches[p], near_offsets[p], near_offsets[p + 1]
         nearest_of_eight(points, patch, skin, near, first, end, squares, index)
         for k in range(EIGHT):
@@ -95,7 +104,6 @@ def renew_budgets(
             if index[k] >= 0:
                 left = min(left, max(free[k], least[k] - radius))
         budget[p] = left if left > needed[p] else np.inf
-    for p in range(patches.size):
-        if due[p]:
-            for e in range(near_offsets[p], near_offsets[p + 1]):
-                known[near[e]] = False
+    for p in due:
+        for e in range(near_offsets[p], near_offsets[p + 1]):
+            known[near[e]] = False

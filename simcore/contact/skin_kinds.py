@@ -97,37 +97,64 @@ def least_of_parts(offsets, parts, of_kind, count):
 
 
 @compiled
-def kinds_around(near_offsets, near, kind, count):
-    """Return the kinds, of so many, of the vertices in each row, as CSR."""
-    offsets, kinds = np.zeros(near_offsets.size, np.int64), np.empty(4096, np.int64)
-    seen, total = np.full(count, -1), 0
+def parts_around(near_offsets, near, kind, kind_offsets, kind_parts, count):
+    """Return the parts, of so many, that the vertices in each row move with, as CSR."""
+    offsets, parts = np.zeros(near_offsets.size, np.int64), np.empty(16 * 1024, np.int64)
+    kind_seen, part_seen = np.full(kind_offsets.size, -1), np.full(count, -1)
+    total = 0
     for p in range(near_offsets.size - 1):
-        while total + count >= kinds.size:
-            kinds = np.concatenate((kinds, kinds))
+        while total + count >= parts.size:
+            parts = np.concatenate((parts, parts))
         for e in range(near_offsets[p], near_offsets[p + 1]):
             k = kind[near[e]]
-            kinds[total] = k
-            total += seen[k] != p
-            seen[k] = p
+            if kind_seen[k] == p:
+                continue
+            kind_seen[k] = p
+            for place in range(kind_offsets[k], kind_offsets[k + 1]):
+                part = kind_parts[place]
+                parts[total] = part
+                total += part_seen[part] != p
+                part_seen[part] = p
         offsets[p + 1] = total
-    return offsets, kinds[:total].copy()
+    return offsets, parts[:total].copy()
+
+
+LISTED, WITH_STAR = 1, 2
+"""Bits of what is known of a vertex: it is listed, and so are the vertices next to it."""
 
 
 @compiled
-def with_stars(chosen, star_offsets, star, mark):
-    """Return the chosen vertices and those next to them, each once; `mark` (n,) is all false."""
-    listed, count = np.empty(mark.size + 1, np.int64), 0
-    # Without branches, which would be mispredicted half of the times.
-    for s in chosen:
-        listed[count] = s
-        count += not mark[s]
-        mark[s] = True
-    for place in range(count):
-        s = listed[place]
-        for e in range(star_offsets[s], star_offsets[s + 1]):
-            listed[count] = star[e]
-            count += not mark[star[e]]
-            mark[star[e]] = True
-    for place in range(count):
-        mark[listed[place]] = False
-    return listed[:count].copy()
+def list_around(rows, offsets, near, star_offsets, star, listed, count, known):
+    """List the vertices in some rows and those next to them, each once.
+
+    Parameters
+    ----------
+    rows : (r,) int64
+    offsets : (p + 1,), near : (offsets[-1],) int64
+        Vertices of all rows.
+    star_offsets, star
+        Of `SkinKinds`.
+    listed : (n + 1,) int64
+        The first `count` of them are listed; more are written behind these.
+    known : (n,) uint8
+        Bits of each vertex, all zero where none is listed; overwritten.
+
+    Returns
+    -------
+    int
+        How many are listed.
+    """
+    for p in rows:
+        for e in range(offsets[p], offsets[p + 1]):
+            i = np.uint64(near[e])
+            if known[i] & WITH_STAR:
+                continue
+            listed[count] = i
+            count += known[i] == 0
+            known[i] = LISTED | WITH_STAR
+            for place in range(star_offsets[i], star_offsets[i + 1]):
+                s = np.uint64(star[place])
+                listed[count] = s
+                count += known[s] == 0
+                known[s] |= LISTED
+    return count
