@@ -9,7 +9,7 @@ from simcore.compiled import compiled
 from simcore.contact.device_patches import build_patches
 from simcore.contact.eight import (
     EIGHT,
-    lessen_of_eight,
+    freedom_of_eight,
     nearest_of_eight,
     squares_of_eight,
     within_of_eight,
@@ -34,10 +34,8 @@ def within(squares, target, limit):
 
 
 @compiled
-def lessen(points, group, targets, target, normal, bend, least, free):
-    lessen_of_eight(
-        points, group, targets, target, normal[0], normal[1], normal[2], bend, least, free
-    )
+def freedom(points, group, targets, near, first, last, normals, least, free):
+    freedom_of_eight(points, group, targets, near, first, last, normals, least, free)
 
 
 class Case:
@@ -111,16 +109,19 @@ def test_within_is_one_as_soon_as_any_point_is(seed):
 @given(seeds)
 def test_freedom_is_that_of_the_formula(seed):
     case = Case(seed)
-    target, bend = int(case.rng.integers(40)), case.rng.uniform(0, 50)
-    normal = case.rng.normal(size=3)
-    least, before = case.rng.uniform(0, 1, EIGHT), case.rng.uniform(0, 2, EIGHT)
-    free = before.copy()
-    lessen(case.points, case.group, case.targets, target, normal, bend, least, free)
-    there = case.there
-    distance = np.sqrt(case.squares[there, target])
-    depth = (case.targets[target] - case.points[case.group].T[there]) @ normal
-    way = np.maximum((distance - least[there]) / 2, -depth / (1 + bend * distance))
-    assert free[there] == pytest.approx(np.minimum(before[there], way), rel=1e-12, abs=1e-15)
+    near = case.rng.permutation(40)
+    first, last = sorted(case.rng.integers(0, 41, 2))
+    normals = np.column_stack([case.rng.normal(size=(40, 3)), case.rng.uniform(0, 50, 40)])
+    least, free = case.rng.uniform(0, 1, EIGHT).astype(np.float32), np.empty(EIGHT, np.float32)
+    freedom(case.points, case.group, case.targets, near, first, last, normals, least, free)
+    points, looked_at = case.points[case.group].T[case.there], near[first:last]
+    distance = np.sqrt(case.squares[case.there][:, looked_at])
+    way = case.targets[looked_at] - points[:, None]
+    depth = np.einsum("pta,ta->pt", way, normals[looked_at, :3])
+    until_touch = -depth / (1 + normals[looked_at, 3] * distance)
+    until_nearest = (distance - least[case.there, None]) / 2
+    allowed = np.maximum(until_touch, until_nearest).min(axis=1, initial=np.inf)
+    assert free[case.there] == pytest.approx(allowed, rel=1e-6, abs=1e-6)
 
 
 @settings(max_examples=25, deadline=None)

@@ -121,51 +121,61 @@ def within_of_eight(typing, squares, target, limit):
 
 
 @intrinsic
-def lessen_of_eight(
-    typing, points, group, targets, target, normal_x, normal_y, normal_z, bend, least, free
-):
-    """Bring down how far eight points are free to what one target leaves them.
+def freedom_of_eight(typing, points, group, targets, near, first, last, normals, least, free):
+    """Write how far eight points are free, as one target or another allows the least.
 
-    That is the greater of (d − least)/2 and −n·(target − p)/(1 + b d), at a distance d.
+    A target allows the greater of (d − least)/2 and −n·(target − p)/(1 + b d), at a distance d. In
+    single precision from the differences on.
 
     Parameters
     ----------
-    normal_x, normal_y, normal_z, bend : float
-        n, and b [1/m].
-    least, free : (8,) float64
-        The latter is overwritten where it is more.
+    normals : (n, 4) float64
+        n, and b [1/m], of the targets.
+    least : (8,) float32
+        Distance of the nearest target from each point.
+    free : (8,) float32
+        Written: infinite without any target.
     Others
         As in `nearest_of_eight`.
     """
-    number = types.float64
     signature = types.void(
-        points, types.int64, targets, types.int64, number, number, number, number, least, free
+        points, types.int64, targets, near, types.int64, types.int64, normals, least, free
     )
 
     def generate(context, builder, signature, arguments):
-        points, group, targets, target, *normal, bend, least, free = _with_data(
+        points, group, targets, near, first, last, normals, least, free = _with_data(
             context, builder, signature, arguments
         )
-        ways = _ways(builder, _eight_points(builder, points, group), targets, target, _REALS)
+        place, nearest = _eight_points(builder, points, group), _load(builder, least, _SINGLES)
         root = cgutils.get_or_insert_function(
-            builder.module, ir.FunctionType(_REALS, [_REALS]), "llvm.sqrt.v8f64"
+            builder.module, ir.FunctionType(_SINGLES, [_SINGLES]), "llvm.sqrt.v8f32"
         )
-        distance = builder.call(root, [_sum(builder, [builder.fmul(w, w) for w in ways])])
-        # `ways` go from the target to the points, so that this is −n·(target − p).
-        outside = _sum(builder, [
-            builder.fmul(way, _eight_times(builder, along, _REALS))
-            for way, along in zip(ways, normal, strict=True)
-        ])
-        turning = builder.fmul(distance, _eight_times(builder, bend, _REALS))
-        until_touch = builder.fdiv(outside, builder.fadd(_everywhere(1.0), turning))
-        ahead = builder.fsub(distance, _load(builder, least, _REALS))
-        until_nearest = builder.fmul(ahead, _everywhere(0.5))
-        way = builder.select(
-            builder.fcmp_ordered(">", until_touch, until_nearest), until_touch, until_nearest
-        )
-        before = _load(builder, free, _REALS)
-        less = builder.fcmp_ordered("<", way, before)
-        _store(builder, builder.select(less, way, before), free, _REALS)
+        found = cgutils.alloca_once_value(builder, _everywhere(float("inf"), _SINGLES))
+        with cgutils.for_range_slice(builder, first, last, _INDEX(1)) as (entry, _):
+            target = builder.load(builder.gep(near, [entry]))
+            ways = [
+                builder.fptrunc(way, _SINGLES)
+                for way in _ways(builder, place, targets, target, _REALS)
+            ]
+            *normal, bend = [
+                _eight_times(builder, builder.fptrunc(each, ir.FloatType()), _SINGLES)
+                for each in _row(builder, normals, target, 4)
+            ]
+            distance = builder.call(root, [_sum(builder, [builder.fmul(w, w) for w in ways])])
+            # `ways` go from the target to the points, so that this is −n·(target − p).
+            outside = _sum(builder, [
+                builder.fmul(way, along) for way, along in zip(ways, normal, strict=True)
+            ])
+            turning = builder.fadd(_everywhere(1.0, _SINGLES), builder.fmul(distance, bend))
+            until_touch = builder.fdiv(outside, turning)
+            ahead = builder.fsub(distance, nearest)
+            until_nearest = builder.fmul(ahead, _everywhere(0.5, _SINGLES))
+            later = builder.fcmp_ordered(">", until_touch, until_nearest)
+            allowed = builder.select(later, until_touch, until_nearest)
+            before = builder.load(found)
+            less = builder.fcmp_ordered("<", allowed, before)
+            builder.store(builder.select(less, allowed, before), found)
+        _store(builder, builder.load(found), free, _SINGLES)
         return context.get_dummy_value()
 
     return signature, generate
@@ -197,9 +207,14 @@ def _squares(builder, place, targets, target, vector):
 
 def _ways(builder, place, targets, target, vector) -> list:
     """Return the coordinates of the ways from one target to eight points."""
-    start = builder.mul(target, _INDEX(3))
-    at = [builder.load(builder.gep(targets, [builder.add(start, _INDEX(a))])) for a in range(3)]
+    at = _row(builder, targets, target, 3)
     return [builder.fsub(place[a], _eight_times(builder, at[a], vector)) for a in range(3)]
+
+
+def _row(builder, rows, index, width) -> list:
+    """Return the numbers of one row of an array so wide."""
+    start = builder.mul(index, _INDEX(width))
+    return [builder.load(builder.gep(rows, [builder.add(start, _INDEX(a))])) for a in range(width)]
 
 
 def _sum(builder, terms):

@@ -8,8 +8,11 @@ points in every step.
 import numpy as np
 
 from simcore.compiled import compiled
-from simcore.contact.eight import EIGHT, lessen_of_eight, nearest_of_eight
+from simcore.contact.eight import EIGHT, freedom_of_eight, nearest_of_eight
 from simcore.contact.normals import FARTHEST, normal_and_bend
+
+ROUNDING = 1e-6
+"""More than single precision takes off freedoms of `FARTHEST` and distances around them [m]."""
 
 
 @compiled
@@ -82,27 +85,26 @@ def renew_budgets(
         Overwritten where due [m].
     """
     squares, index = np.empty(EIGHT), np.empty(EIGHT, np.int64)
-    least, free = np.empty(EIGHT), np.empty(EIGHT)
+    least, free = np.empty((2, EIGHT), np.float32)
     for p in due:
-        patch, first, end = patches[p], near_offsets[p], near_offsets[p + 1]
-        nearest_of_eight(points, patch, skin, near, first, end, squares, index)
-        for k in range(EIGHT):
-            least[k], free[k] = np.sqrt(squares[k]), FARTHEST
-        for e in range(first, end):
-            i = near[e]
+        for e in range(near_offsets[p], near_offsets[p + 1]):
+            i = np.uint64(near[e])
             if not known[i]:
                 normals[i, 0], normals[i, 1], normals[i, 2], normals[i, 3] = normal_and_bend(
                     skin, i, ring_offsets, ring_next, edge_change_rate[i]
                 )
                 known[i] = True
-            lessen_of_eight(
-                points, patch, skin, i, normals[i, 0], normals[i, 1], normals[i, 2],
-                normals[i, 3], least, free,
-            )
+    for p in due:
+        row = near_offsets[p], near_offsets[p + 1]
+        nearest_of_eight(points, patches[p], skin, near, *row, squares, index)
+        for k in range(EIGHT):
+            least[k] = np.sqrt(squares[k])
+        freedom_of_eight(points, patches[p], skin, near, *row, normals, least, free)
         left = FARTHEST
         for k in range(EIGHT):
             if index[k] >= 0:
                 left = min(left, max(free[k], least[k] - radius))
+        left -= ROUNDING
         budget[p] = left if left > needed[p] else np.inf
     for p in due:
         for e in range(near_offsets[p], near_offsets[p + 1]):
