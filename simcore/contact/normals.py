@@ -2,7 +2,15 @@
 
 import numpy as np
 
-from simcore.compiled import compiled, first_three, inlined, spread, three_of, turned
+from simcore.compiled import (
+    compiled,
+    first_three,
+    inlined,
+    put_three,
+    spread,
+    three_of,
+    turned,
+)
 
 FARTHEST = 0.010
 """Bounds of how far normals turn hold for so much motion [m]."""
@@ -32,6 +40,14 @@ def vertex_normal(vertices, i, ring_offsets, ring_next):
     """Return the area-weighted unit normal of skin vertex i; fastest along chained rings."""
     normal, _ = _ring_sums(vertices, i, ring_offsets, ring_next)
     return first_three(normal / spread(_length(normal)))
+
+
+@compiled
+def write_normals(listed, vertices, ring_offsets, ring_next, normals):
+    """Write `vertex_normal` of the listed vertices into `normals` (n, 3)."""
+    for i in listed:
+        normal, _ = _ring_sums(vertices, i, ring_offsets, ring_next)
+        put_three(normal / spread(_length(normal)), normals, i)
 
 
 @inlined
