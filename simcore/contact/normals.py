@@ -72,11 +72,11 @@ def normal_and_bend(vertices, i, ring_offsets, ring_next, edge_change_rate):
 @inlined
 def _ring_sums(vertices, i, ring_offsets, ring_next):
     """Return Σ u × w over the pairs of edges of a ring, and Σ u² + w², which is free if unused."""
-    own = three_of(vertices, i)
+    c = np.uint64(i)
+    own, start, end = three_of(vertices, c), ring_offsets[c], ring_offsets[c + np.uint64(1)]
     normal = w = turned_w = spread(0.0)
     squares, square_w = 0.0, (0.0, 0.0, 0.0)
-    c = np.uint64(i)
-    for e in range(np.uint64(ring_offsets[i]), np.uint64(ring_offsets[i + 1])):
+    for e in range(np.uint64(start), np.uint64(end)):
         b = np.uint64(ring_next[e, 0])
         if b != c:
             w = three_of(vertices, b) - own
