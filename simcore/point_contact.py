@@ -9,7 +9,7 @@ from simcore.body.segments import SEGMENTS
 from simcore.body.skin_listed import (
     SkinParts,
     blend_listed,
-    blend_motion_listed,
+    blend_velocity_listed,
     edge_change_rate,
     skin_parts,
 )
@@ -112,9 +112,9 @@ def _touch(
         patches, first, last, near, points, point_index, skin, ring_offsets, ring_next,
         search_radius, outward,
     )
-    blend_motion_listed(
-        touched, offsets, segments, weights, influence_points, rotations, positions,
-        local_velocities, skin, velocities,
+    blend_velocity_listed(
+        touched, offsets, segments, weights, influence_points, rotations, local_velocities,
+        velocities,
     )
     on_point, deepest, fastest = penalty_forces(
         point, vertex, depth, touched, velocities, outward, device_points, rotation,

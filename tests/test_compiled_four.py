@@ -26,7 +26,7 @@ from simcore.compiled import (
     three_of,
     turned,
 )
-from simcore.contact.normals import FARTHEST, normal_and_bend, vertex_normal
+from simcore.contact.normals import FARTHEST, normal_and_bend, vertex_normal, write_normals
 
 seeds = st.integers(0, 2**32 - 2)
 varied = settings(max_examples=50, deadline=None)
@@ -229,3 +229,13 @@ def test_normals_and_their_bends_are_those_of_plain_arithmetic_to_the_bit(seed, 
             skin.vertices, i, skin.ring_offsets, skin.ring_next, rate)
         assert same(again, normal / length)
         assert same(bound, bend)
+
+
+@varied
+@given(seeds)
+def test_normals_of_listed_vertices_are_written_and_others_are_left(seed):
+    skin, ours, right = Skin(seed), np.full((60, 3), 7.0), np.empty((60, 3))
+    normals_of(skin.vertices, skin.ring_offsets, skin.ring_next, right)
+    write_normals(skin.listed, skin.vertices, skin.ring_offsets, skin.ring_next, ours)
+    right[np.setdiff1d(np.arange(60), skin.listed)] = 7.0
+    assert same(ours, right)

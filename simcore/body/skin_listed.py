@@ -19,6 +19,8 @@ from simcore.compiled import (
     turned,
 )
 
+_ONE = np.uint64(1)  # numba would make a float of an unsigned index and 1
+
 
 @lru_cache(maxsize=4)
 def segment_balls(skin: Skin, segment_count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -127,12 +129,11 @@ def blend_listed(listed, offsets, segments, weights, points, rotations, position
     a third of the time.
     """
     frames = _columns(rotations, positions)
-    for i in listed:
-        place = spread(0.0)
-        for k in range(np.uint64(offsets[i]), np.uint64(offsets[i + 1])):
-            j = np.uint64(4) * np.uint64(segments[k])
-            arm = _turned_by(frames, j, points[k, 0], points[k, 1], points[k, 2])
-            place = place + spread(weights[k]) * (arm + four_of(frames, j + np.uint64(3)))
+    for each in listed:
+        i, place = np.uint64(each), spread(0.0)
+        for k in range(np.uint64(offsets[i]), np.uint64(offsets[i + _ONE])):
+            j = np.uint64(segments[k])
+            place = place + spread(weights[k]) * _placed_by(frames, j, three_of(points, k))
         put_three(place, vertices, i)
 
 
@@ -147,15 +148,12 @@ def blend_motion_listed(
     that v̇_i = Σ_j α_ij R_j (ẋ_j + ω_j × p_ij).
     """
     frames, motions = _columns(rotations, positions), _columns_of_motion(local_velocities)
-    for i in listed:
-        place = velocity = spread(0.0)
-        for k in range(np.uint64(offsets[i]), np.uint64(offsets[i + 1])):
-            segment, weight = np.uint64(segments[k]), spread(weights[k])
-            j = np.uint64(4) * segment
-            arm = _turned_by(frames, j, points[k, 0], points[k, 1], points[k, 2])
-            place = place + weight * (arm + four_of(frames, j + np.uint64(3)))
-            x, y, z = first_three(_local_velocity(motions, segment, three_of(points, k)))
-            velocity = velocity + weight * _turned_by(frames, j, x, y, z)
+    for each in listed:
+        i, place, velocity = np.uint64(each), spread(0.0), spread(0.0)
+        for k in range(np.uint64(offsets[i]), np.uint64(offsets[i + _ONE])):
+            j, weight, point = np.uint64(segments[k]), spread(weights[k]), three_of(points, k)
+            place = place + weight * _placed_by(frames, j, point)
+            velocity = velocity + weight * _turned_by(frames, j, _own_velocity(motions, j, point))
         put_three(place, vertices, i)
         put_three(velocity, velocities, i)
 
@@ -167,13 +165,11 @@ def blend_velocity_listed(
     """Write the velocities of the listed vertices as `blend_motion_listed` does."""
     frames = _columns(rotations, np.zeros((rotations.shape[0], 3)))
     motions = _columns_of_motion(local_velocities)
-    for i in listed:
-        velocity = spread(0.0)
-        for k in range(np.uint64(offsets[i]), np.uint64(offsets[i + 1])):
-            j = np.uint64(segments[k])
-            x, y, z = first_three(_local_velocity(motions, j, three_of(points, k)))
-            velocity = velocity + spread(weights[k]) * _turned_by(
-                frames, np.uint64(4) * j, x, y, z)
+    for each in listed:
+        i, velocity = np.uint64(each), spread(0.0)
+        for k in range(np.uint64(offsets[i]), np.uint64(offsets[i + _ONE])):
+            j, weight, point = np.uint64(segments[k]), spread(weights[k]), three_of(points, k)
+            velocity = velocity + weight * _turned_by(frames, j, _own_velocity(motions, j, point))
         put_three(velocity, velocities, i)
 
 
@@ -202,21 +198,29 @@ def _columns_of_motion(local_velocities):
 
 
 @inlined
-def _turned_by(frames, first, x, y, z):
-    """Return R (x, y, z), whose columns are rows of `frames` from the first on."""
+def _turned_by(frames, segment, vector):
+    """Return R v, by the columns of a segment's frame."""
+    first = np.uint64(4) * segment
+    x, y, z = first_three(vector)
     return (
-        four_of(frames, first) * spread(x) + four_of(frames, first + np.uint64(1)) * spread(y)
+        four_of(frames, first) * spread(x) + four_of(frames, first + _ONE) * spread(y)
     ) + four_of(frames, first + np.uint64(2)) * spread(z)
 
 
 @inlined
-def _local_velocity(motions, segment, point):
-    """Return ẋ + ω × p in the segment's axes."""
-    j = np.uint64(3) * segment
-    next_to = turned(point)
+def _placed_by(frames, segment, point):
+    """Return R p + x, likewise."""
+    return _turned_by(frames, segment, point) + four_of(
+        frames, np.uint64(4) * segment + np.uint64(3))
+
+
+@inlined
+def _own_velocity(motions, segment, point):
+    """Return ẋ + ω × p in the axes of a segment, by its columns of motion."""
+    first, next_to = np.uint64(3) * segment, turned(point)
     return (
-        four_of(motions, j) + four_of(motions, j + np.uint64(1)) * turned(next_to)
-    ) - four_of(motions, j + np.uint64(2)) * next_to
+        four_of(motions, first) + four_of(motions, first + _ONE) * turned(next_to)
+    ) - four_of(motions, first + np.uint64(2)) * next_to
 
 
 @compiled
@@ -225,20 +229,19 @@ def wrench_listed(listed, offsets, segments, weights, points, rotations, force, 
     frames = _columns(rotations, np.zeros((rotations.shape[0], 3)))
     # Of each segment, force and (m_z, m_x, m_y).
     sums = np.zeros((2 * rotations.shape[0], 4))
-    for i in listed:
+    for each in listed:
+        i = np.uint64(each)
         push = three_of(force, i)
         fx, fy, fz = first_three(push)
         if fx == 0.0 and fy == 0.0 and fz == 0.0:
             continue
         turned_push = turned(push)
-        for k in range(np.uint64(offsets[i]), np.uint64(offsets[i + 1])):
+        for k in range(np.uint64(offsets[i]), np.uint64(offsets[i + _ONE])):
             j, weight = np.uint64(segments[k]), spread(weights[k])
-            arm = _turned_by(
-                frames, np.uint64(4) * j, points[k, 0], points[k, 1], points[k, 2])
+            arm = _turned_by(frames, j, three_of(points, k))
             moment = arm * turned_push - turned(arm) * push
-            first = np.uint64(2) * j
+            first, second = np.uint64(2) * j, np.uint64(2) * j + _ONE
             put_four(four_of(sums, first) + weight * push, sums, first)
-            second = first + np.uint64(1)
             put_four(four_of(sums, second) + weight * moment, sums, second)
     for j in range(wrench.shape[0]):
         for a in range(3):

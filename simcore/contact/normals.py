@@ -2,7 +2,15 @@
 
 import numpy as np
 
-from simcore.compiled import compiled, first_three, inlined, spread, three_of, turned
+from simcore.compiled import (
+    compiled,
+    first_three,
+    inlined,
+    put_three,
+    spread,
+    three_of,
+    turned,
+)
 
 FARTHEST = 0.010
 """Bounds of how far normals turn hold for so much motion [m]."""
@@ -34,6 +42,14 @@ def vertex_normal(vertices, i, ring_offsets, ring_next):
     return first_three(normal / spread(_length(normal)))
 
 
+@compiled
+def write_normals(listed, vertices, ring_offsets, ring_next, normals):
+    """Write `vertex_normal` of the listed vertices into `normals` (n, 3)."""
+    for i in listed:
+        normal, _ = _ring_sums(vertices, i, ring_offsets, ring_next)
+        put_three(normal / spread(_length(normal)), normals, i)
+
+
 @inlined
 def normal_and_bend(vertices, i, ring_offsets, ring_next, edge_change_rate):
     """Return the unit normal of skin vertex i, and how far it turns at most per motion [1/m].
@@ -56,11 +72,11 @@ def normal_and_bend(vertices, i, ring_offsets, ring_next, edge_change_rate):
 @inlined
 def _ring_sums(vertices, i, ring_offsets, ring_next):
     """Return Σ u × w over the pairs of edges of a ring, and Σ u² + w², which is free if unused."""
-    own = three_of(vertices, i)
+    c = np.uint64(i)
+    own, start, end = three_of(vertices, c), ring_offsets[c], ring_offsets[c + np.uint64(1)]
     normal = w = turned_w = spread(0.0)
     squares, square_w = 0.0, (0.0, 0.0, 0.0)
-    c = np.uint64(i)
-    for e in range(np.uint64(ring_offsets[i]), np.uint64(ring_offsets[i + 1])):
+    for e in range(np.uint64(start), np.uint64(end)):
         b = np.uint64(ring_next[e, 0])
         if b != c:
             w = three_of(vertices, b) - own

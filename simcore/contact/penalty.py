@@ -4,7 +4,7 @@ import numpy as np
 
 from simcore.compiled import compiled, inlined
 from simcore.contact.eight import EIGHT, nearest_of_eight
-from simcore.contact.normals import vertex_normal
+from simcore.contact.normals import write_normals
 
 
 @compiled
@@ -34,34 +34,62 @@ def find_contacts(
     touched : (t,) int64
         Skin vertices of these, each once.
     """
-    point, vertex = np.empty((2, EIGHT * patches.size), np.int64)
-    depth, count = np.empty(EIGHT * patches.size), 0
-    touched, touched_count = np.empty(EIGHT * patches.size, np.int64), 0
-    square, index = np.empty(EIGHT), np.empty(EIGHT, np.int64)
-    known, touches = np.zeros((2, skin.shape[0]), np.bool_)
+    # One thing after another for all points: in one loop, whether a normal is known and whether a
+    # point touches would be guessed wrong by the machine as often as not.
+    index, square = np.empty((patches.size, EIGHT), np.int64), np.empty((patches.size, EIGHT))
     for a in range(patches.size):
-        patch = patches[a]
-        nearest_of_eight(points, patch, skin, near, first[a], last[a], square, index)
+        nearest_of_eight(points, patches[a], skin, near, first[a], last[a], square[a], index[a])
+    nearest = index.ravel()
+    write_normals(_each_once(nearest, skin.shape[0]), skin, ring_offsets, ring_next, outward)
+    inside = _depths(patches, points, skin, index, square, search_radius, outward).ravel()
+    met = _where_positive(inside)
+    point, vertex = np.empty((2, met.size), np.int64)
+    depth = np.empty(met.size)
+    for c in range(met.size):
+        e = np.uint64(met[c])
+        a, k = e // np.uint64(EIGHT), e % np.uint64(EIGHT)
+        point[c], vertex[c], depth[c] = point_index[np.uint64(patches[a]), k], nearest[e], inside[e]
+    return point, vertex, depth, _each_once(vertex, skin.shape[0])
+
+
+@compiled
+def _depths(patches, points, skin, index, square, search_radius, outward):
+    """Return n·(v − p) of all points of the patches (a, 8), 0 without a neighbour [m]."""
+    depth, farthest = np.empty(index.shape), search_radius * search_radius
+    for a in range(patches.size):
+        patch = np.uint64(patches[a])
         for k in range(EIGHT):
-            if index[k] < 0 or square[k] > search_radius * search_radius:
-                continue
-            i = np.uint64(index[k])
-            if not known[i]:
-                outward[i, 0], outward[i, 1], outward[i, 2] = vertex_normal(
-                    skin, i, ring_offsets, ring_next)
-                known[i] = True
+            i = np.uint64(max(index[a, k], 0))
             inside = (
                 outward[i, 0] * (skin[i, 0] - points[patch, 0, k])
                 + outward[i, 1] * (skin[i, 1] - points[patch, 1, k])
                 + outward[i, 2] * (skin[i, 2] - points[patch, 2, k]))
-            if inside <= 0.0:
-                continue
-            point[count], vertex[count], depth[count] = point_index[patch, k], i, inside
-            count += 1
-            touched[touched_count] = i
-            touched_count += not touches[i]
-            touches[i] = True
-    return point[:count], vertex[:count], depth[:count], touched[:touched_count]
+            depth[a, k] = inside if square[a, k] <= farthest else 0.0
+    return depth
+
+
+@compiled
+def _where_positive(numbers):
+    """Return the places of what is positive."""
+    found, count = np.empty(numbers.size, np.int64), 0
+    for e in range(numbers.size):
+        found[count] = e
+        count += numbers[e] > 0.0
+    return found[:count]
+
+
+@compiled
+def _each_once(vertices, vertex_count):
+    """Return the vertices that are not −1 in their order, each once."""
+    found, count = np.empty(vertices.size, np.int64), 0
+    known, before = np.zeros(vertex_count, np.bool_), np.int64(-1)
+    for i in vertices:
+        if i != before and i >= 0:  # many follow their equals: these need not be looked up
+            found[count] = i
+            count += not known[np.uint64(i)]
+            known[np.uint64(i)] = True
+        before = i
+    return found[:count]
 
 
 @compiled
@@ -110,33 +138,68 @@ def penalty_forces(
     fastest : float
         Greatest ‖V‖ of any contact [m/s].
     """
+    v, n, back = np.empty((3, 3, point.size))
+    _write_motion(
+        point, vertex, velocities, outward, device_points, _in_axes(rotation, linear_velocity),
+        _in_axes(rotation, angular_velocity), v, n,
+    )
+    squared_speed, on_point = np.empty((2, point.size))
+    _write_laws(
+        depth, v[0], v[1], v[2], n[0], n[1], n[2], stiffness, damping, friction_force,
+        friction_velocity, squared_speed, on_point, back[0], back[1], back[2],
+    )
     for i in touched:
         force[i, 0] = force[i, 1] = force[i, 2] = normal_force[i] = 0.0
-    linear = _in_axes(rotation, linear_velocity)
-    turn = _in_axes(rotation, angular_velocity)
-    on_point, deepest, fastest = np.empty(point.size), -1, 0.0
+    deepest, fastest = -1, 0.0
     for c in range(point.size):
-        i, k = np.uint64(vertex[c]), np.uint64(point[c])
+        i = np.uint64(vertex[c])
+        for a in range(3):
+            force[i, a] -= back[a, c]
+        normal_force[i] += on_point[c]
         if deepest < 0 or depth[c] > depth[deepest]:
             deepest = c
-        x, y, z = device_points[k, 0], device_points[k, 1], device_points[k, 2]
-        v = (velocities[i, 0] - linear[0] - (turn[1] * z - turn[2] * y),
-             velocities[i, 1] - linear[1] - (turn[2] * x - turn[0] * z),
-             velocities[i, 2] - linear[2] - (turn[0] * y - turn[1] * x))
-        fastest = max(fastest, v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
-        n = outward[i, 0], outward[i, 1], outward[i, 2]
-        normal, back = _law(depth[c], n, v, stiffness, damping, friction_force, friction_velocity)
-        for a in range(3):
-            force[i, a] -= back[a]
-        normal_force[i] += normal
-        on_point[c] = normal
+        fastest = max(fastest, squared_speed[c])
     for i in touched:
         x, y, z = force[i, 0], force[i, 1], force[i, 2]
-        u, v, w = outward[i, 0], outward[i, 1], outward[i, 2]
+        nx, ny, nz = outward[i, 0], outward[i, 1], outward[i, 2]
         for a in range(3):
             force[i, a] = rotation[a, 0] * x + rotation[a, 1] * y + rotation[a, 2] * z
-            normals[i, a] = -(rotation[a, 0] * u + rotation[a, 1] * v + rotation[a, 2] * w)
+            normals[i, a] = -(rotation[a, 0] * nx + rotation[a, 1] * ny + rotation[a, 2] * nz)
     return on_point, deepest, np.sqrt(fastest)
+
+
+@compiled
+def _write_motion(
+    point, vertex, velocities, outward, device_points, linear, turn, motion, normal
+):
+    """Write V and n of each contact, coordinate by coordinate (3, c), for laws to be vectorised."""
+    for c in range(point.size):
+        i, k = np.uint64(vertex[c]), np.uint64(point[c])
+        x, y, z = device_points[k, 0], device_points[k, 1], device_points[k, 2]
+        motion[0, c] = velocities[i, 0] - linear[0] - (turn[1] * z - turn[2] * y)
+        motion[1, c] = velocities[i, 1] - linear[1] - (turn[2] * x - turn[0] * z)
+        motion[2, c] = velocities[i, 2] - linear[2] - (turn[0] * y - turn[1] * x)
+        normal[0, c], normal[1, c], normal[2, c] = outward[i, 0], outward[i, 1], outward[i, 2]
+
+
+@compiled
+def _write_laws(
+    depth, vx, vy, vz, nx, ny, nz, stiffness, damping, friction_force, friction_velocity,
+    squared_speed, pressed, back_x, back_y, back_z,
+):
+    """Write V², the size of Eq. 6, and −f of both equations, of each contact (c,)."""
+    for c in range(depth.size):
+        squared_speed[c] = vx[c] * vx[c] + vy[c] * vy[c] + vz[c] * vz[c]
+        rate = nx[c] * vx[c] + ny[c] * vy[c] + nz[c] * vz[c]
+        push = stiffness * depth[c] + damping * rate
+        push = push if push > 0.0 else 0.0  # in one instruction, as `max` is not
+        tx, ty, tz = vx[c] - rate * nx[c], vy[c] - rate * ny[c], vz[c] - rate * nz[c]
+        speed = np.sqrt(tx * tx + ty * ty + tz * tz)
+        friction = friction_force / (speed if speed > friction_velocity else friction_velocity)
+        pressed[c] = push
+        back_x[c] = push * nx[c] + friction * tx
+        back_y[c] = push * ny[c] + friction * ty
+        back_z[c] = push * nz[c] + friction * tz
 
 
 @inlined
@@ -146,16 +209,3 @@ def _in_axes(rotation, vector):
     return (rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z,
             rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * z,
             rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * z)
-
-
-@inlined
-def _law(depth, n, v, stiffness, damping, friction_force, friction_velocity):
-    """Return the size of Eq. 6, and −f of both equations, for a relative velocity v."""
-    rate = n[0] * v[0] + n[1] * v[1] + n[2] * v[2]
-    normal = max(stiffness * depth + damping * rate, 0.0)
-    tx, ty, tz = v[0] - rate * n[0], v[1] - rate * n[1], v[2] - rate * n[2]
-    speed = np.sqrt(tx * tx + ty * ty + tz * tz)
-    friction = friction_force / max(speed, friction_velocity)
-    return normal, (
-        normal * n[0] + friction * tx, normal * n[1] + friction * ty, normal * n[2] + friction * tz
-    )
