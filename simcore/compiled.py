@@ -1,11 +1,13 @@
 """Compilation of the kernels to machine code, once a machine.
 
-Three faults of numba's cache are mended here. It does not see that a kernel calls another of a file
+Four faults of numba's cache are mended here. It does not see that a kernel calls another of a file
 that has changed: the code is kept in a folder named by the sources of all kernels. It looks for
 code by where the package lies, so that another clone would compile the same kernels again: in that
-folder each file goes by its place in the package. And it numbers the entries of a kernel without a
+folder each file goes by its place in the package. It numbers the entries of a kernel without a
 lock: of two processes that compile it for different types at once, one can write its code under the
-other's number, and the next process to load it crashes.
+other's number, and the next process to load it crashes. And what a kernel has of another that it
+calls may be run by all: that would make last bits go by what a process has compiled and loaded
+before.
 """
 
 import fcntl
@@ -16,6 +18,7 @@ import llvmlite.binding as llvm
 import numba
 from numba import njit
 from numba.core.caching import IndexDataCacheFile, UserProvidedCacheLocator
+from numba.core.codegen import CPUCodeLibrary
 
 from simcore.cache import cache_folder
 
@@ -78,3 +81,28 @@ def _save_alone(self, key, data) -> None:
 
 
 IndexDataCacheFile.save = _save_alone
+
+_finish = CPUCodeLibrary._finalize_final_module
+
+
+def _finish_for_itself(self) -> None:
+    """Make machine code in which the copies of called kernels serve their caller alone.
+
+    numba lets the first copy in memory serve all. Each is optimised once more than the kernel it is
+    of, and where sums may be rounded otherwise (`fused`), so they are.
+    """
+    if self._shared_module is None:  # else it is read from the cache
+        self._shared_module = self._final_module.clone()  # what callers will have copies of
+        _turn(self._shared_module, llvm.Linkage.external, llvm.Linkage.linkonce_odr)
+        _turn(self._final_module, llvm.Linkage.linkonce_odr, llvm.Linkage.internal)
+    _finish(self)
+
+
+def _turn(module, old: llvm.Linkage, new: llvm.Linkage) -> None:
+    """Change who sees the functions that are seen by some."""
+    for function in module.functions:
+        if not function.is_declaration and function.linkage == old:
+            function.linkage = new
+
+
+CPUCodeLibrary._finalize_final_module = _finish_for_itself
