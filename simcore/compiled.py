@@ -8,17 +8,23 @@ lock: of two processes that compile it for different types at once, one can writ
 other's number, and the next process to load it crashes. And what a kernel has of another that it
 calls may be run by all: that would make last bits go by what a process has compiled and loaded
 before.
+
+Two things that take a sixth of the time of compilation are left out.
 """
 
 import fcntl
+import gc
 import hashlib
 from pathlib import Path
 
 import llvmlite.binding as llvm
 import numba
 from numba import njit
+from numba.core import event
 from numba.core.caching import IndexDataCacheFile, UserProvidedCacheLocator
 from numba.core.codegen import CPUCodeLibrary
+from numba.extending import overload
+from numba.np import arrayobj
 
 from simcore.cache import cache_folder
 
@@ -106,3 +112,38 @@ def _turn(module, old: llvm.Linkage, new: llvm.Linkage) -> None:
 
 
 CPUCodeLibrary._finalize_final_module = _finish_for_itself
+
+
+def _refuse_shape(given, wanted) -> None:
+    """Raise where a kernel assigns an array to a slice of another shape."""
+
+
+@overload(_refuse_shape)
+def _refuse_shape_in_kernels(given, wanted):
+    def refuse(given, wanted):
+        raise ValueError("an array is assigned to a slice of another shape")
+
+    return refuse
+
+
+arrayobj.raise_with_shape_context = _refuse_shape  # numba's writes both: 4 s
+
+
+class _NoCollection(event.Listener):
+    """No search for garbage during a compilation, which keeps nearly all it makes."""
+
+    _depth = 0  # kernels compile those that they call
+
+    def on_start(self, event) -> None:
+        if not self._depth:
+            self._wanted = gc.isenabled()
+            gc.disable()
+        self._depth += 1
+
+    def on_end(self, event) -> None:
+        self._depth -= 1
+        if not self._depth and self._wanted:
+            gc.enable()
+
+
+event.register("numba:compile", _NoCollection())

@@ -1,12 +1,14 @@
 """The cache of compiled kernels: filled by several processes at once, read by several clones, and
 the same to the bit for the one that fills it."""
 
+import gc
 import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from numba.core.caching import IndexDataCacheFile
 
@@ -113,3 +115,16 @@ def test_last_bits_go_by_nothing_that_was_compiled_or_loaded_before(tmp_path):
         for order in ("compiled", "loaded", "called first")
     ]
     assert bits[0] == bits[1] == bits[2]
+
+
+def test_a_slice_of_another_shape_is_refused():
+    @simcore.compiled.compiled
+    def assign(values, given):
+        values[:, 0] = given
+
+    values = np.zeros((3, 2))
+    assign(values, np.ones(3))
+    assert values.tolist() == [[1, 0]] * 3
+    with pytest.raises(ValueError, match="an array is assigned to a slice of another shape"):
+        assign(values, np.ones(2))
+    assert gc.isenabled()  # again, after compilation
