@@ -1,26 +1,30 @@
-"""Compilation of the kernels to machine code, once a machine; and vectors of four for them.
+"""Compilation of the kernels to machine code, once a machine.
 
-Three faults of numba's cache are mended here. It does not see that a kernel calls another of a file
+Four faults of numba's cache are mended here. It does not see that a kernel calls another of a file
 that has changed: the code is kept in a folder named by the sources of all kernels. It looks for
 code by where the package lies, so that another clone would compile the same kernels again: in that
-folder each file goes by its place in the package. And it numbers the entries of a kernel without a
+folder each file goes by its place in the package. It numbers the entries of a kernel without a
 lock: of two processes that compile it for different types at once, one can write its code under the
-other's number, and the next process to load it crashes.
+other's number, and the next process to load it crashes. And what a kernel has of another that it
+calls may be run by all: that would make last bits go by what a process has compiled and loaded
+before.
+
+Two things that take a sixth of the time of compilation are left out.
 """
 
 import fcntl
+import gc
 import hashlib
-import operator
 from pathlib import Path
 
 import llvmlite.binding as llvm
 import numba
-from llvmlite import ir
-from numba import njit, types
+from numba import njit
+from numba.core import event
 from numba.core.caching import IndexDataCacheFile, UserProvidedCacheLocator
-from numba.core.cgutils import get_or_insert_function
-from numba.core.datamodel.models import PrimitiveModel
-from numba.extending import intrinsic, overload, register_model
+from numba.core.codegen import CPUCodeLibrary
+from numba.extending import overload
+from numba.np import arrayobj
 
 from simcore.cache import cache_folder
 
@@ -84,155 +88,62 @@ def _save_alone(self, key, data) -> None:
 
 IndexDataCacheFile.save = _save_alone
 
+_finish = CPUCodeLibrary._finalize_final_module
 
-class _Four(types.Type):
-    """Four numbers that the machine takes at once: a point or a vector, and one more.
 
-    Numba makes no such vectors of loops over three coordinates. Between two of them, kernels write
-    + − × ÷ as between numbers: in every place that is what it would be for the numbers there, to
-    the bit, as nothing is fused. They live in compiled code only.
+def _finish_for_itself(self) -> None:
+    """Make machine code in which the copies of called kernels serve their caller alone.
+
+    numba lets the first copy in memory serve all. Each is optimised once more than the kernel it is
+    of, and where sums may be rounded otherwise (`fused`), so they are.
     """
+    if self._shared_module is None:  # else it is read from the cache
+        self._shared_module = self._final_module.clone()  # what callers will have copies of
+        _turn(self._shared_module, llvm.Linkage.external, llvm.Linkage.linkonce_odr)
+        _turn(self._final_module, llvm.Linkage.linkonce_odr, llvm.Linkage.internal)
+    _finish(self)
 
 
-_FOUR, _REALS = _Four("Four"), ir.VectorType(ir.DoubleType(), 4)
-_PLACE, _INDEX = ir.IntType(32), ir.IntType(64)
-_ALIGNED = 8  # bytes, as numpy aligns numbers
+def _turn(module, old: llvm.Linkage, new: llvm.Linkage) -> None:
+    """Change who sees the functions that are seen by some."""
+    for function in module.functions:
+        if not function.is_declaration and function.linkage == old:
+            function.linkage = new
 
 
-@register_model(_Four)
-class _FourModel(PrimitiveModel):
-    def __init__(self, manager, kind):
-        super().__init__(manager, kind, _REALS)
+CPUCodeLibrary._finalize_final_module = _finish_for_itself
 
 
-def _between_fours(operation, instruction: str) -> None:
-    """Let kernels write an operation between two fours."""
-
-    @intrinsic
-    def at_once(typing, left, right):
-        def generate(context, builder, signature, arguments):
-            return getattr(builder, instruction)(*arguments)
-
-        return _FOUR(left, right), generate
-
-    @overload(operation)
-    def choose(left, right):
-        if left == right == _FOUR:
-            return lambda left, right: at_once(left, right)
-        return None
+def _refuse_shape(given, wanted) -> None:
+    """Raise where a kernel assigns an array to a slice of another shape."""
 
 
-_between_fours(operator.add, "fadd")
-_between_fours(operator.sub, "fsub")
-_between_fours(operator.mul, "fmul")
-_between_fours(operator.truediv, "fdiv")
+@overload(_refuse_shape)
+def _refuse_shape_in_kernels(given, wanted):
+    def refuse(given, wanted):
+        raise ValueError("an array is assigned to a slice of another shape")
+
+    return refuse
 
 
-@intrinsic
-def spread(typing, number):
-    """Return a number in all four places."""
-
-    def generate(context, builder, signature, arguments):
-        nothing = ir.Constant(_REALS, ir.Undefined)
-        one = builder.insert_element(nothing, arguments[0], _PLACE(0))
-        return _shuffled(builder, one, [0] * 4)
-
-    return _FOUR(types.float64), generate
+arrayobj.raise_with_shape_context = _refuse_shape  # numba's writes both: 4 s
 
 
-@intrinsic
-def four_of(typing, rows, row):
-    """Return a row of an (n, 4) float64."""
+class _NoCollection(event.Listener):
+    """No search for garbage during a compilation, which keeps nearly all it makes."""
 
-    def generate(context, builder, signature, arguments):
-        start = _start(context, builder, signature, arguments, 4)
-        loaded = builder.load(builder.bitcast(start, _REALS.as_pointer()))
-        loaded.align = _ALIGNED
-        return loaded
+    _depth = 0  # kernels compile those that they call
 
-    return _FOUR(rows, types.uint64), generate
+    def on_start(self, event) -> None:
+        if not self._depth:
+            self._wanted = gc.isenabled()
+            gc.disable()
+        self._depth += 1
 
-
-@intrinsic
-def three_of(typing, rows, row):
-    """Return a row of an (n, 3) float64, and 0: the number behind the last row is not read."""
-
-    def generate(context, builder, signature, arguments):
-        start = builder.bitcast(
-            _start(context, builder, signature, arguments, 3), _REALS.as_pointer()
-        )
-        wanted = ir.Constant(ir.VectorType(ir.IntType(1), 4), [1, 1, 1, 0])
-        load = get_or_insert_function(
-            builder.module,
-            ir.FunctionType(_REALS, [start.type, _PLACE, wanted.type, _REALS]),
-            "llvm.masked.load.v4f64.p0",
-        )
-        return builder.call(load, [start, _PLACE(_ALIGNED), wanted, ir.Constant(_REALS, [0.0] * 4)])
-
-    return _FOUR(rows, types.uint64), generate
+    def on_end(self, event) -> None:
+        self._depth -= 1
+        if not self._depth and self._wanted:
+            gc.enable()
 
 
-@intrinsic
-def put_four(typing, four, rows, row):
-    """Write a row of an (n, 4) float64."""
-
-    def generate(context, builder, signature, arguments):
-        start = _start(context, builder, signature, arguments, 4)
-        builder.store(arguments[0], builder.bitcast(start, _REALS.as_pointer())).align = _ALIGNED
-        return context.get_dummy_value()
-
-    return types.void(_FOUR, rows, types.uint64), generate
-
-
-@intrinsic
-def put_three(typing, four, rows, row):
-    """Write the first three numbers as a row of an (n, 3) float64."""
-
-    def generate(context, builder, signature, arguments):
-        start = _start(context, builder, signature, arguments, 3)
-        two = _shuffled(builder, arguments[0], [0, 1])
-        builder.store(two, builder.bitcast(start, two.type.as_pointer())).align = _ALIGNED
-        third = builder.extract_element(arguments[0], _PLACE(2))
-        builder.store(third, builder.gep(start, [_INDEX(2)]))
-        return context.get_dummy_value()
-
-    return types.void(_FOUR, rows, types.uint64), generate
-
-
-@intrinsic
-def turned(typing, four):
-    """Return (y, z, x, ·) of (x, y, z, ·).
-
-    So that a × b is `turned(a * turned(b) - turned(a) * b)`, and so is a sum of such.
-    """
-
-    def generate(context, builder, signature, arguments):
-        return _shuffled(builder, arguments[0], [1, 2, 0, 3])
-
-    return _FOUR(_FOUR), generate
-
-
-@intrinsic
-def first_three(typing, four):
-    """Return the first three numbers as a tuple."""
-    signature = types.UniTuple(types.float64, 3)(_FOUR)
-
-    def generate(context, builder, signature, arguments):
-        numbers = [builder.extract_element(arguments[0], _PLACE(k)) for k in range(3)]
-        return context.make_tuple(builder, signature.return_type, numbers)
-
-    return signature, generate
-
-
-def _start(context, builder, signature, arguments, width: int):
-    """Return where a row starts; the array and the row are the last arguments."""
-    kind, rows, row = signature.args[-2], *arguments[-2:]
-    assert kind.layout == "C", kind  # rows are looked for where these have them
-    data = context.make_array(kind)(context, builder, rows).data
-    return builder.gep(data, [builder.mul(row, _INDEX(width))])
-
-
-def _shuffled(builder, four, places: list[int]):
-    """Return what is in these places."""
-    chosen = ir.Constant(ir.VectorType(_PLACE, len(places)), places)
-    return builder.shuffle_vector(four, four, chosen)
+event.register("numba:compile", _NoCollection())

@@ -62,9 +62,8 @@ class Interaction:
             np.array([joint.nv for joint in each]),
         )
         self.segment_wrench = np.zeros((len(SEGMENTS), 6))
-        self._velocities_before = np.zeros((len(SEGMENTS), 6))
         self._mean, self._late = np.zeros((2, self.model.nv))
-        self._moved, self._middle = None, None  # of the last implicit step
+        self._moved, self._middle, self._before = None, None, None  # of the last implicit step
         self._contact_torque = np.zeros(self.model.nv)
         self._total_wrench = np.zeros_like(self.segment_wrench)
         self._impedance = np.zeros((self.model.nv, self.model.nv))
@@ -141,8 +140,8 @@ class Interaction:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return all torques but inertial ones (47,), and lag² K + lag D of them (47, 47)."""
         pin.forwardKinematics(self.model, self.data, q, v)
-        self._moved, self._middle = moved, q
-        self._velocities_before[:] = self._views.velocities
+        self._moved, self._middle, self._before = moved, q, self._views.velocities.copy()
+        self._before.flags.writeable = False  # as the views: a type of its own is compiled again
         impedance, blocks, contact = self._impedance, self._blocks, self.contact
         impedance[:] = 0.0
         torque = self._torque(moved, q, v, lag)
@@ -193,7 +192,7 @@ class Interaction:
         if self._parts:
             shapes, law = self._parts
             limb_heat, limb_implicit = self_contact_power(
-                *shapes, self._views.rotations, self._views.positions, self._velocities_before,
+                *shapes, self._views.rotations, self._views.positions, self._before,
                 self._views.velocities, *law, step,
             )
         work, late_work = self._work_of_device(late, step, after)

@@ -7,17 +7,8 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array
 
 from simcore.body.skin import Skin
-from simcore.compiled import (
-    compiled,
-    first_three,
-    four_of,
-    inlined,
-    put_four,
-    put_three,
-    spread,
-    three_of,
-    turned,
-)
+from simcore.compiled import compiled, inlined
+from simcore.four import first_three, four_of, put_four, put_three, spread, three_of, turned
 
 _ONE = np.uint64(1)  # numba would make a float of an unsigned index and 1
 

@@ -2,15 +2,8 @@
 
 import numpy as np
 
-from simcore.compiled import (
-    compiled,
-    first_three,
-    inlined,
-    put_three,
-    spread,
-    three_of,
-    turned,
-)
+from simcore.compiled import compiled, inlined
+from simcore.four import first_three, put_three, spread, three_of, turned
 
 FARTHEST = 0.010
 """Bounds of how far normals turn hold for so much motion [m]."""

@@ -91,20 +91,25 @@ def _state(time, breaks, coefficients, translation_axis, rotation_axis, rotation
     `rotations` (3, 3, 3) and `pivots` (3, 3) are inclination and turning point multiplied by
     1, K and K² of Rodrigues' formula.
     """
-    piece = min(np.searchsorted(breaks, time, side="right") - 1, len(coefficients) - 1)
+    piece = 0
+    while piece < len(coefficients) - 1 and breaks[piece + 1] <= time:
+        piece += 1
     elapsed = time - breaks[piece]
     translation, translation_rate = _horner(coefficients[piece, 0], elapsed)
     angle, angle_rate = _horner(coefficients[piece, 1], elapsed)
     sine, versine = np.sin(angle), 1 - np.cos(angle)
-    position, rate = np.empty(3), np.empty(3)
+    position, rate, rotation, turn = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty(3)
     for a in range(3):
         # Of the turning point, were it not held; and of that, what turning does to it.
         moved = sine * pivots[1, a] + versine * pivots[2, a]
         position[a] = translation * translation_axis[a] - moved
         turned = np.cos(angle) * pivots[1, a] + sine * pivots[2, a]
         rate[a] = translation_rate * translation_axis[a] - angle_rate * turned
-    rotation = rotations[0] + sine * rotations[1] + versine * rotations[2]
-    return rotation, position, rate, angle_rate * rotation_axis
+        turn[a] = angle_rate * rotation_axis[a]
+        for b in range(3):
+            linear = rotations[0, a, b] + sine * rotations[1, a, b]
+            rotation[a, b] = linear + versine * rotations[2, a, b]
+    return rotation, position, rate, turn
 
 
 @inlined

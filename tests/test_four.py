@@ -16,17 +16,9 @@ from simcore.body.skin_listed import (
     blend_velocity_listed,
     wrench_listed,
 )
-from simcore.compiled import (
-    compiled,
-    first_three,
-    four_of,
-    put_four,
-    put_three,
-    spread,
-    three_of,
-    turned,
-)
+from simcore.compiled import compiled
 from simcore.contact.normals import FARTHEST, normal_and_bend, vertex_normal, write_normals
+from simcore.four import first_three, four_of, put_four, put_three, spread, three_of, turned
 
 seeds = st.integers(0, 2**32 - 2)
 varied = settings(max_examples=50, deadline=None)
