@@ -67,8 +67,8 @@ class PointContact(OnSkin):
         rotations, positions, skin = self._pose[:, :, :3], self._pose[:, :, 3], self.points
         neighbours = self._neighbours
 
-        def pose(indices):
-            blend_listed(indices, *self._influences, rotations, positions, skin)
+        def pose(poses, indices):
+            blend_listed(indices, *self._influences, poses[:, :, :3], poses[:, :, 3], skin)
 
         neighbours.update(self._pose, pose, skin)
         self.listed, self._touching, self._on_point, self._fastest, self.depth_max, self.deepest = (

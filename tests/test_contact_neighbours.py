@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from simcore.body.skeleton import segment_placements
 from simcore.body.skin import blend, build_skin, vertex_normals
 from simcore.body.skin_listed import blend_listed, edge_change_rate, segment_balls, skin_parts
+from simcore.contact import neighbours
 from simcore.contact.device_patches import device_points
 from simcore.contact.neighbours import Neighbours
 from simcore.contact.penalty import find_contacts
@@ -89,16 +90,16 @@ class Pair:
         write_relative(rotations, positions, self.rotation, self.position, segments)
         rotations, positions = segments[:, :, :3].copy(), segments[:, :, 3].copy()
 
-        def pose(indices):
+        def pose(poses, indices):
             blend_listed(
                 indices, self.skin.influence_offsets, self.skin.influence_segment,
-                self.skin.influence_weight, self.skin.influence_point, rotations, positions,
-                self.vertices,
+                self.skin.influence_weight, self.skin.influence_point, poses[:, :, :3],
+                poses[:, :, 3], self.vertices,
             )
 
         self.lists.update(segments, pose, self.vertices)
         self.vertices[:] = np.nan  # only what is listed may be needed
-        pose(self.lists.listed)
+        pose(segments, self.lists.listed)
         ours = contacts_of(self.lists, self.device, self.skin, self.vertices, self.radius)
 
         skin = blend(self.skin, rotations, positions)
@@ -122,6 +123,18 @@ def test_small_motion_is_exact_and_rarely_rebuilds(scene):
     outer, inner = pair.lists.rebuilds
     assert 1 <= outer <= 8
     assert outer < inner < 50  # the inner lists were used up, and yet lived several steps
+
+
+@pytest.mark.parametrize("ahead, most", [(0.0, 12), (neighbours.AHEAD, 8)])
+def test_lists_made_ahead_last_longer(scene, monkeypatch, ahead, most):
+    monkeypatch.setattr(neighbours, "AHEAD", ahead)
+    pair, steady = Pair(scene), np.zeros(scene.body.model.nv)
+    steady[0] = 2e-4
+    for _ in range(200):
+        pair.move(steady)
+        pair.check()
+    # Lists live for 20 updates from where they are made for, the first for less.
+    assert most - 3 < pair.lists.rebuilds[0] <= most
 
 
 def test_body_at_rest_never_rebuilds_however_the_device_carries_it(scene):
@@ -228,12 +241,13 @@ def test_stone_that_rolls_in_place_is_exact(roughness, radius):
         posed = (skin.influence_point - centre) @ turn.T + centre
         position = (centre - centre @ turn.T).reshape(1, 3)
 
-        def pose(indices, posed=posed):
-            vertices[indices] = posed[indices]
+        def pose(poses, indices):
+            points = skin.influence_point[indices]
+            vertices[indices] = points @ poses[0, :, :3].T + poses[0, :, 3]
 
         lists.update(np.concatenate([turn[None], position[..., None]], axis=2), pose, vertices)
         vertices[:] = np.nan
-        pose(lists.listed)
+        vertices[lists.listed] = posed[lists.listed]
         found = find_penetration(posed, vertex_normals(skin, posed), points, radius)
         assert_same(contacts_of(lists, device, skin, vertices, radius), found)
         seen.add(tuple(found.skin_vertex))

@@ -15,7 +15,7 @@ from simcore.compiled import compiled
 from simcore.contact.device_patches import DevicePoints, near_patches
 from simcore.contact.neighbour_grid import look_up_clearance
 from simcore.contact.patch_budgets import least_budgets, renew_budgets, spend_budgets
-from simcore.contact.segment_motion import motion_bound
+from simcore.contact.segment_motion import motion_bound, poses_ahead
 from simcore.contact.skin_kinds import (
     SkinKinds,
     greatest_of_kinds,
@@ -30,6 +30,9 @@ again [m]; tuned for time, as is all below, without effect on the result (docs/p
 
 OUTER_LIFE, INNER_LIFE = 20.0, 10.0
 """Between these, as much as it moves within so many updates."""
+
+AHEAD = 0.8
+"""Lists are made for where the skin comes by after this part of their lives."""
 
 
 class Neighbours:
@@ -72,10 +75,10 @@ class Neighbours:
         self._device, self._kinds, self._parts, self._rings = device, kinds, parts, rings
         self._edge_change_rate, self._search_radius = edge_change_rate, search_radius
         segments, count, vertices = len(parts[0]) - 1, len(parts[2]), len(kinds.kind)
-        self._outer_pose, self._inner_pose = np.zeros((2, segments, 3, 4))
-        # Of each part: how far it may move, how far it has, and how far it has in an update.
+        self._outer_pose, self._inner_pose, self._last_pose = np.zeros((3, segments, 3, 4))
+        # Of each part: how far it may move, how much of that is left, and its motion in an update.
         self._outer_allowance, self._inner_allowance = np.full((2, count), -1.0)
-        self._outer_motion, self._inner_motion = np.full((2, count), np.inf)
+        self._outer_left, self._inner_left = np.zeros((2, count))
         self._pace = np.zeros(count)
         self._age = 0
         self._clearance, self._mark = np.zeros(vertices), np.zeros(vertices, bool)
@@ -90,7 +93,10 @@ class Neighbours:
         self.rebuilds = np.zeros(2, dtype=np.int64)  # outer, inner
 
     def update(
-        self, segments: np.ndarray, pose: Callable[[np.ndarray], None], skin: np.ndarray
+        self,
+        segments: np.ndarray,
+        pose: Callable[[np.ndarray, np.ndarray], None],
+        skin: np.ndarray,
     ) -> None:
         """Make the lists valid for the present poses.
 
@@ -99,37 +105,51 @@ class Neighbours:
         segments : (m, 3, 4) float64
             [R | x] of each, device frame [m].
         pose : callable
-            `pose(indices)` writes these skin vertices' positions into `skin`.
+            `pose(segments, indices)` writes the positions of these skin vertices into `skin`.
         skin : (n, 3) float64
             Skin vertices in the device frame [m], overwritten where needed.
         """
         self._age += 1
         outer_used, inner_used = _used_up(
-            segments, *self._parts, self._outer_pose, self._outer_allowance, self._outer_motion,
-            self._inner_pose, self._inner_allowance, self._inner_motion,
+            segments, *self._parts, self._outer_pose, self._outer_allowance, self._outer_left,
+            self._inner_pose, self._inner_allowance, self._inner_left,
         )
         if not inner_used:
             return
-        if self.rebuilds[0]:
-            self._pace[:] = self._inner_motion / self._age
-        else:  # nothing is known of any motion
-            self._outer_motion[:] = np.inf
+        if not self.rebuilds[0]:  # nothing is known of any motion
+            self._last_pose[:] = segments
+        self._pace = _motions(segments, self._last_pose, *self._parts) / self._age
         if outer_used:
-            self._list_near(pose, skin)
-            self._outer_pose[:] = segments
-        self._renew(pose, skin)
-        self._inner_pose[:] = segments
+            self._list_near(segments, True, pose, skin)
+            if (_motions(segments, self._outer_pose, *self._parts) > self._outer_allowance).any():
+                self._list_near(segments, False, pose, skin)
+        self._renew(segments, pose, skin)
+        self._last_pose[:] = segments
         self._age = 0
 
-    def _list_near(self, pose, skin) -> None:
-        """Make the outer list."""
+    def _ahead(self, segments, life, slack, left) -> np.ndarray:
+        """Return the poses (m, 3, 4) to make a list for that lives for so many updates at most.
+
+        A list is exact for all poses within its allowance from those that it is made for. It lasts
+        longest if skin first comes nearer to these, and then leaves them behind.
+        """
+        using_up = (self._pace / np.maximum(slack, left / 2)).max()  # by the fastest, an update
+        times = AHEAD / max(using_up, 1 / life)
+        return poses_ahead(segments, self._last_pose, times / self._age)
+
+    def _list_near(self, segments, ahead, pose, skin) -> None:
+        """Make the outer list for the present poses, or for those to come."""
         kinds, radius, grid = self._kinds, self._search_radius, self._device.grid
         patches = self._device.patches
         allowed = np.clip(OUTER_LIFE * self._pace, *OUTER_SLACK)
+        if ahead:
+            segments = self._ahead(segments, OUTER_LIFE, allowed, self._outer_left)
+        way = _motions(segments, self._outer_pose, *self._parts)
+        self._outer_pose[:] = segments
         slack = greatest_of_kinds(kinds.offsets, kinds.parts, allowed)
-        way = greatest_of_kinds(kinds.offsets, kinds.parts, self._outer_motion)
+        way = greatest_of_kinds(kinds.offsets, kinds.parts, way)
         due = _come_near(kinds.kind, way, slack, radius, self._clearance)
-        pose(due)
+        pose(self._outer_pose, due)
         look_up_clearance(
             due, skin, grid.origin, grid.edge, grid.shape, grid.clearance, grid.margin,
             self._clearance,
@@ -153,18 +173,21 @@ class Neighbours:
         self._outer_allowance[:] = np.maximum(allowed, least - radius)
         self.rebuilds[0] += 1
 
-    def _renew(self, pose, skin) -> None:
+    def _renew(self, segments, pose, skin) -> None:
         """Test patches with little left of their budgets, and list those that can touch."""
         stars = self._kinds.star_offsets, self._kinds.star
         rows = self._offsets, self.near
         slack = np.clip(INNER_LIFE * self._pace, *INNER_SLACK)
-        due = spend_budgets(
-            *self._near_parts, self._inner_motion, slack, self._budget, self._needed
-        )
+        ahead = self._ahead(segments, INNER_LIFE, slack, self._inner_left)
+        # What is tested there has to hold here too.
+        slack += 2 * _motions(segments, ahead, *self._parts)
+        way = _motions(ahead, self._inner_pose, *self._parts)
+        self._inner_pose[:] = ahead
+        due = spend_budgets(*self._near_parts, way, slack, self._budget, self._needed)
         count = list_around(due, *rows, *stars, self._asked, 0, self._known)
         asked = self._asked[:count]
         self._known[asked] = 0
-        pose(asked)
+        pose(self._inner_pose, asked)
         renew_budgets(
             self._near_patches, *rows, due, self._needed, self._device.patches.points, skin,
             *self._rings, self._edge_change_rate, self._search_radius, self._normals, self._mark,
@@ -184,23 +207,33 @@ class Neighbours:
 
 
 @compiled
+def _motions(now, then, part_offsets, centre, radius):
+    """Return bounds of how far the skin of each part is between two poses (p,) [m]."""
+    moved = np.empty(radius.size)
+    for j in range(now.shape[0]):
+        for part in range(part_offsets[j], part_offsets[j + 1]):
+            moved[part] = motion_bound(now[j], then[j], centre[part], radius[part])
+    return moved
+
+
+@compiled
 def _used_up(
-    segments, part_offsets, centre, radius, outer_pose, outer_allowance, outer_motion, inner_pose,
-    inner_allowance, inner_motion,
+    segments, part_offsets, centre, radius, outer_pose, outer_allowance, outer_left, inner_pose,
+    inner_allowance, inner_left,
 ):
     """Return whether any part's skin may have moved beyond its outer, and inner, allowance.
 
-    Writes how far each has moved at most since either list was made [m].
+    Writes how much of either is left [m].
     """
     outer = inner = False
     for j in range(segments.shape[0]):
         for part in range(part_offsets[j], part_offsets[j + 1]):
             moved = motion_bound(segments[j], outer_pose[j], centre[part], radius[part])
-            outer = outer or moved > outer_allowance[part]
-            outer_motion[part] = moved
+            outer_left[part] = outer_allowance[part] - moved
+            outer = outer or outer_left[part] < 0
             moved = motion_bound(segments[j], inner_pose[j], centre[part], radius[part])
-            inner = inner or moved > inner_allowance[part]
-            inner_motion[part] = moved
+            inner_left[part] = inner_allowance[part] - moved
+            inner = inner or inner_left[part] < 0
     return outer, outer or inner
 
 

@@ -40,6 +40,28 @@ def motion_bound(now, then, centre, radius):
 
 
 @compiled
+def poses_ahead(now, then, times):
+    """Return where poses [R | x] come by that go on as from `then` to `now`, so many times as far.
+
+    All are (m, 3, 4). They turn along a straight line, put back on the rotations: near where they
+    come by if they turn little.
+    """
+    ahead = now + times * (now - then)
+    for pose in ahead:
+        x, y, z = pose[0, 0], pose[1, 0], pose[2, 0]
+        long = np.sqrt(x * x + y * y + z * z)
+        x, y, z = x / long, y / long, z / long
+        along = x * pose[0, 1] + y * pose[1, 1] + z * pose[2, 1]
+        u, v, w = pose[0, 1] - along * x, pose[1, 1] - along * y, pose[2, 1] - along * z
+        long = np.sqrt(u * u + v * v + w * w)
+        u, v, w = u / long, v / long, w / long
+        pose[0, 0], pose[1, 0], pose[2, 0] = x, y, z
+        pose[0, 1], pose[1, 1], pose[2, 1] = u, v, w
+        pose[0, 2], pose[1, 2], pose[2, 2] = y * w - z * v, z * u - x * w, x * v - y * u
+    return ahead
+
+
+@compiled
 def skin_speeds(
     rotations, positions, velocities, origin, linear_velocity, turn, centre, radius, speed
 ):
