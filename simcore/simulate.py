@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 
 from simcore.device.motion import DeviceState
-from simcore.dynamics.adaptive import StepLadder
+from simcore.dynamics.adaptive import StepLadder, smooth_step
 from simcore.dynamics.implicit import IMPLICITNESS, implicit_step
 from simcore.dynamics.integrators import rk4_step
 from simcore.energy import FLOWS
@@ -83,6 +83,7 @@ class _Run:
         self.recorder = Recorder(scene, self.interaction)
         self.ladder = step_ladder(scene)
         self.h = self.ladder.longest
+        self.smooth = np.inf  # how long the next step may be as the last one went [s]
         self.q = scene.configuration.copy()
         self.v = np.zeros(scene.body.model.nv)
         self.flows = np.zeros(len(FLOWS))  # since the start, of implicit steps
@@ -100,7 +101,7 @@ class _Run:
         limits = self.scene.method.settling
         while self.time < limits.duration_max_s and not self.fell_long_ago():
             if self.step() and self.time >= limits.duration_min_s:
-                self.settled = self.rms_speed() < limits.rest_speed_m_per_s
+                self.settled = self.rms_speed(self.v) < limits.rest_speed_m_per_s
                 if self.settled:
                     break
         # A fall cuts the settling short, and the device would have started at its end.
@@ -117,7 +118,9 @@ class _Run:
         """Advance one step; return whether it completed a recorded frame."""
         now, q, v = self.time, self.q, self.v
         moved = self.moved(now)
-        ticks = self.ladder.choose(self.ticks, lambda: self.interaction.pace(moved, q, v))
+        ticks = self.ladder.choose(
+            self.ticks, lambda: min(self.smooth, self.interaction.pace(moved, q, v))
+        )
         self.h = ticks * self.ladder.tick
         self.interaction.exchange(moved, q, v)
         if self.scene.method.integrator == "implicit":
@@ -135,10 +138,11 @@ class _Run:
         else:
             acceleration = self.acceleration(now, q, v)
             recorded = self.recorder.observe(now, self.h, q, v, moved)
-            self.q, self.v = rk4_step(
+            self.q, self.v, apart = rk4_step(
                 self.scene.body.model, self.acceleration, now, q, v, acceleration, self.h
             )
             self.refuse_blow_up()
+            self.smooth = smooth_step(self.h, self.rms_speed(apart))
         self.ticks += ticks
         if recorded and self.progress:
             self.progress(self.time)
@@ -175,8 +179,8 @@ class _Run:
         """Return whether the body fell so long ago that there is no more to see."""
         return self.time > self.recorder.fall_time + self.scene.method.stop_after_fall_s
 
-    def rms_speed(self) -> float:
-        """Return the root mean square speed of the body's mass [m/s]."""
+    def rms_speed(self, v: np.ndarray) -> float:
+        """Return the root mean square speed of the body's mass [m/s] at a velocity (47,)."""
         model, data = self.interaction.model, self.interaction.data
-        energy = pin.computeKineticEnergy(model, data, self.q, self.v)
+        energy = pin.computeKineticEnergy(model, data, self.q, v)
         return float(np.sqrt(2 * energy / self.scene.body.mass))

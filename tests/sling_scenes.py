@@ -130,7 +130,7 @@ class Steps:
         before = self.v
         if self.scene.method.integrator == "rk4":
             start = self.acceleration(0.0, self.q, self.v)
-            self.q, self.v = rk4_step(
+            self.q, self.v, _ = rk4_step(
                 self.model, self.acceleration, 0.0, self.q, self.v, start, self.h
             )
         else:

@@ -1,4 +1,4 @@
-"""Steps as long as motion and stability allow (Eqs. I3 and I4)."""
+"""Steps as long as motion and stability allow (Eqs. I3 to I5)."""
 
 
 import numpy as np
@@ -72,7 +72,7 @@ def test_joints_set_the_longest_stable_step(coarse_body, stiffness, damping, lon
 
     sizes = []
     for _ in range(400):
-        q, v = rk4_step(free, acceleration, 0.0, q, v, acceleration(0.0, q, v), step)
+        q, v, _ = rk4_step(free, acceleration, 0.0, q, v, acceleration(0.0, q, v), step)
         sizes.append(np.abs(v).max())
     assert (sizes[-1] > 30 * sizes[0]) == grows
 
@@ -125,28 +125,47 @@ def test_no_skin_is_faster_than_its_bound(seed, coarse_body):
     assert not np.allclose(still, told)
 
 
-def settled(design_with, longest):
-    """Return the trajectory of a coarse man under the shipped method who only settles."""
+def settled(design_with, name, longest, shortest, friction_force=None):
+    """Return the trajectory of a coarse man under a shipped method who only settles."""
     tree = design_with({
         "device.motion.keyframes": [
             {"time_s": 0, "translation_m": 0, "rotation_deg": 0},
             {"time_s": 0.1, "translation_m": 0, "rotation_deg": 0},
         ],
     }, support_angle_deg=12).model_dump()
-    method = read_design(Method, ROOT / "designs" / "methods" / "production.yaml").model_dump()
+    method = read_design(Method, ROOT / "designs" / "methods" / f"{name}.yaml").model_dump()
     method |= {"hold_s": 1.0}
-    method["adaptive_step"] |= {"longest_s": longest, "shortest_s": 0.001}
+    method["adaptive_step"] |= {"longest_s": longest, "shortest_s": shortest}
+    if friction_force:
+        method["contact"]["friction_force_n"] = friction_force
     return simulate(build_scene(Design.model_validate(tree | {"method": method}), MAN, ROOT))
+
+
+def pelvis(run):
+    """Where it ends on the device [m]."""
+    return run.q[-1, :3] - run.device_position[-1]
 
 
 def test_adaptive_steps_end_where_short_ones_do(design_with):
     """As with steps of 1 ms: in place to 2 mm, in the force that carries him to 1 %."""
-    short, adaptive = (settled(design_with, longest) for longest in (0.001, 0.016))
+    short, adaptive = (
+        settled(design_with, "production", longest, 0.001) for longest in (0.001, 0.016)
+    )
     assert short.status == adaptive.status == "ok"
-    place = [run.q[-1, :3] - run.device_position[-1] for run in (short, adaptive)]
-    assert place[1] == pytest.approx(place[0], abs=2e-3)
+    assert pelvis(adaptive) == pytest.approx(pelvis(short), abs=2e-3)
     weight = [run.support_force[-10:, 2].mean() for run in (short, adaptive)]
     assert weight[1] == pytest.approx(weight[0], rel=0.01)
+
+
+def test_friction_too_stiff_for_the_longest_steps_shortens_them(design_with, monkeypatch):
+    """Ten times Table I's F_c: of friction, only Eq. I5 knows. Without, the body shakes."""
+    steps = 0.012, 0.0015
+    short = settled(design_with, "paper", 0.001, 0.001, friction_force=5.0)
+    smooth = settled(design_with, "paper", *steps, friction_force=5.0)
+    monkeypatch.setattr("simcore.simulate.smooth_step", lambda step, apart: np.inf)
+    shaken = settled(design_with, "paper", *steps, friction_force=5.0)
+    assert pelvis(smooth) == pytest.approx(pelvis(short), abs=2e-4)
+    assert np.linalg.norm(pelvis(shaken) - pelvis(short)) > 1e-3
 
 
 def test_what_was_simulated_before_changes_no_bit(design_with):

@@ -14,7 +14,7 @@ def run(model, acceleration, q, v, duration, steps):
     """Return q, v after `steps` steps."""
     step = duration / steps
     for i in range(steps):
-        q, v = rk4_step(
+        q, v, _ = rk4_step(
             model, acceleration, i * step, q, v, acceleration(i * step, q, v), step
         )
     return q, v
@@ -148,8 +148,18 @@ def test_pendulum_swings_with_its_period():
 def test_forcing_is_seen_at_the_stage_times():
     """v̇ = 5 t⁴ is integrated by Simpson's rule: error h⁵/24 a step."""
     model = rigid(pin.JointModelPX(), pin.Inertia(1.0, np.zeros(3), np.eye(3)))
-    _, v = rk4_step(
+    _, v, _ = rk4_step(
         model, lambda time, q, v: np.array([5 * time**4]), 0.0, np.zeros(1), np.zeros(1),
         np.zeros(1), 0.2,
     )
     assert v[0] - 0.2**5 == pytest.approx(0.2**5 / 24, rel=1e-12)
+
+
+def test_the_evaluations_half_way_differ_as_by_their_closed_form():
+    """v̇ = −λ v: h (a₃ − a₂) = −(λ h)³ v / 4."""
+    model = rigid(pin.JointModelPX(), pin.Inertia(1.0, np.zeros(3), np.eye(3)))
+    rate, step, v = 30.0, 0.02, np.array([0.7])
+    _, _, apart = rk4_step(
+        model, lambda time, q, v: -rate * v, 0.0, np.zeros(1), v, -rate * v, step
+    )
+    assert apart == pytest.approx(-((rate * step) ** 3) * v / 4, rel=1e-12)

@@ -103,7 +103,7 @@ def swing(model, control, q, v, duration, steps):
         return pin.aba(model, data, q, v, control.torque(q, v))
 
     for _ in range(steps):
-        q, v = rk4_step(
+        q, v, _ = rk4_step(
             model, acceleration, 0.0, q, v, acceleration(0, q, v), duration / steps
         )
     return q, v

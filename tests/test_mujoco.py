@@ -160,7 +160,7 @@ def our_fall(body, q, v, steps):
         return pin.aba(model, data, q, v, limp)
 
     for _ in range(steps):
-        q, v = rk4_step(model, acceleration, 0.0, q, v, acceleration(0.0, q, v), FALL / steps)
+        q, v, _ = rk4_step(model, acceleration, 0.0, q, v, acceleration(0.0, q, v), FALL / steps)
     return q, v
 
 

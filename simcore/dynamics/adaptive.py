@@ -12,6 +12,10 @@ the frequency of an oscillation: where |1 + z + z²/2 + z³/6 + z⁴/24| = 1."""
 SAFETY = 0.9
 """Part of them that is taken: mass matrices change with the posture, if little for light limbs."""
 
+APART = 0.002
+"""By how much the evaluations half-way through a step may differ in the change of velocity that
+they make of it [m/s]; docs/physics.md tells what less and more did."""
+
 
 def stable_step(mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray) -> float:
     """Return the longest step that joints allow Runge–Kutta's method [s]: Eq. I4.
@@ -26,6 +30,20 @@ def stable_step(mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray) ->
     decay = eigh(np.diag(damping), mass, eigvals_only=True)[-1]
     frequency = np.sqrt(eigh(np.diag(stiffness), mass, eigvals_only=True)[-1])
     return SAFETY / max(decay / RK4_DAMPED, frequency / RK4_FREE)
+
+
+def smooth_step(step: float, apart: float) -> float:
+    """Return how long a step may be after one [s] whose evaluations half-way differ: Eq. I5.
+
+    They are at one time, and what they differ by is what the step is too long for (Collatz 1960,
+    The Numerical Treatment of Differential Equations): contacts that are stiff, or jump.
+
+    Parameters
+    ----------
+    apart : float
+        e, as a change of the root mean square speed of the body's mass [m/s].
+    """
+    return step * np.sqrt(APART / apart) if apart > 0 else np.inf
 
 
 class StepLadder:

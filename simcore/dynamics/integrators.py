@@ -16,7 +16,7 @@ def rk4_step(
     v: np.ndarray,
     a: np.ndarray,
     step: float,
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return q and v one classical Runge–Kutta step later, at fourth order on the manifold.
 
     The stages live in the tangent space at q (Munthe-Kaas 1999): with q(t) = q ⊕ u(t),
@@ -32,6 +32,13 @@ def rk4_step(
         [s].
     q : (nq,), v : (nv,), a : (nv,) float64
         Present state and its acceleration, which the caller has evaluated.
+
+    Returns
+    -------
+    q : (nq,), v : (nv,) float64
+        One step later.
+    apart : (nv,) float64
+        Change of velocity in the step by which its two evaluations half-way differ: Eq. I5.
     """
     half = step / 2
     u1, a1 = v, a
@@ -48,6 +55,7 @@ def rk4_step(
     return (
         pin.integrate(model, q, step / 6 * (u1 + 2 * u2 + 2 * u3 + u4)),
         v + step / 6 * (a1 + 2 * a2 + 2 * a3 + a4),
+        step * (a3 - a2),
     )
 
 

@@ -146,7 +146,7 @@ def drop_leg(damping: float = KNEE_DAMPING) -> Swing:
     knee, rate = np.zeros((2, count + 1))
     q, v = np.zeros(1), np.zeros(1)
     for step in range(count):
-        q, v = rk4_step(hinge, acceleration, 0.0, q, v, acceleration(0.0, q, v), STEP)
+        q, v, _ = rk4_step(hinge, acceleration, 0.0, q, v, acceleration(0.0, q, v), STEP)
         knee[step + 1], rate[step + 1] = q[0], v[0]
     rest = brentq(leg.moment, np.radians(5), np.radians(130))
     return Swing(STEP * np.arange(count + 1), knee, rate, rest)
