@@ -13,7 +13,7 @@ from simcore.body.skin_listed import (
     blend_velocity_listed,
     segment_balls,
 )
-from simcore.contact.foundation import foundation_forces, release
+from simcore.contact.foundation import foundation_forces, release, write_late_forces
 from simcore.contact.foundation_energy import foundation_energy, foundation_power
 from simcore.contact.foundation_law import LOOKED_AHEAD
 from simcore.contact.layer import compliance
@@ -112,6 +112,10 @@ class FoundationContact(OnSkin):
             device.linear_velocity, device.angular_velocity, *self._flesh, self._lag, step,
             self._depths, self._steepness, self.normals, self.normal_force, self.along,
             self._sticks,
+        )
+        write_late_forces(
+            pressed, self._velocities, self._mean_velocities, step, self._friction, self.normals,
+            self.along, self.across, self.force, self.normal_force,
         )
         slid, self._slid[0] = self._slid[0], 0.0
         return heat, slid / step, implicit

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import dist
+from math import dist, floor
 
 import numpy as np
 
@@ -30,8 +30,9 @@ ROUNDING = 1e-9
 class Trajectory:
     """A recorded run of T frames; n skin vertices, 18 segments.
 
-    Time is 0 when the device starts to move: settling lies before. Forces are means over the
-    frame that ends at each time, as a sensor with that frame time would read them.
+    Time is 0 when the device starts to move: settling lies before. Frames are as long as the
+    recording rate has it, each told with the first step that begins after its end; forces are means
+    over it, as a sensor with that frame time would read them.
 
     Attributes
     ----------
@@ -137,7 +138,8 @@ class Recorder:
         self._support = np.zeros(3)
         self._on_skin, self._on_mat = Impulses.zero(skin_count), Impulses.zero(point_count)
         self._slipping = 0.0
-        self._duration = 0.0
+        self._duration, self._frame_end = 0.0, self._period
+        self._closed: dict | None = None  # forces of a frame that waits for its end
         self._depth_max = 0.0
         self._cells = sensor_cells(scene)
         self._mat = _sensor_mat(scene.mat, scene.method.sensor_pitch_m)
@@ -165,29 +167,54 @@ class Recorder:
         moved : DeviceState
             Then.
         """
+        if not self._frames:  # what acts at the start is all that the first frame has
+            self._add(step)
+            self._close()
+        keeps = self._closed is not None
+        if keeps:
+            self._keep_frame(time, q, v, moved)
+        end = time + step
+        if end > self._frame_end - ROUNDING:
+            self._add(self._frame_end - time)
+            self._close()
+            step = end - self._frame_end
+            self._frame_end = self._period * (floor((end + ROUNDING) / self._period) + 1)
+        self._add(step)
+        return keeps
+
+    def _add(self, duration: float) -> None:
+        """Add to the present frame what the interaction does in a time [s]."""
         now = self._interaction
-        self._slipping += now.add_skin_impulses(step, self._on_skin)
-        self._slipping += now.add_mat_impulses(step, self._on_mat)
-        self._support += step * now.support_force
-        self._segments += step * now.segment_wrench[:, :3]
+        self._slipping += now.add_skin_impulses(duration, self._on_skin)
+        self._slipping += now.add_mat_impulses(duration, self._on_mat)
+        self._support += duration * now.support_force
+        self._segments += duration * now.segment_wrench[:, :3]
         self._depth_max = max(self._depth_max, now.depth_max)
-        self._duration += step
-        if time < len(self._frames) * self._period - ROUNDING:
-            return False
-        self._keep_frame(time, q, v, moved)
-        return True
+        self._duration += duration
+
+    def _close(self) -> None:
+        """End the present frame, and begin another."""
+        duration = self._duration
+        self._interaction.share_impulses(self._on_mat, self._on_skin)
+        on_mat = self._on_mat.take(duration)[:2]
+        self._borne.append((*self._on_skin.take(duration), *on_mat))
+        self._closed = {
+            "segment_force": self._segments / duration,
+            "slip_force": self._slipping / duration,
+            "support_force": self._support / duration,
+            "depth_max": self._depth_max,
+        }
+        self._segments[:] = self._support[:] = 0
+        self._slipping = self._depth_max = self._duration = 0.0
 
     def _keep_frame(self, time: float, q: np.ndarray, v: np.ndarray, moved: DeviceState) -> None:
-        now, duration = self._interaction, self._duration
-        now.share_impulses(self._on_mat, self._on_skin)
+        now = self._interaction
         place = now.place(q, moved)
         if self._start is None:
             self._start = place
         displacement = max(map(dist, place, self._start))
         if displacement > FALL_DISPLACEMENT:
             self.fall_time = min(self.fall_time, time)
-        on_mat = self._on_mat.take(duration)[:2]
-        self._borne.append((*self._on_skin.take(duration), *on_mat))
         self._frames.append(
             {
                 "time": time,
@@ -196,17 +223,13 @@ class Recorder:
                 "device_rotation": moved.rotation,
                 "device_position": moved.position,
                 "displacement": displacement,
-                "segment_force": self._segments / duration,
-                "slip_force": self._slipping / duration,
-                "support_force": self._support / duration,
+                **self._closed,
                 **now.sheet_frame(),
                 "contact_count": now.contact_count,
-                "depth_max": self._depth_max,
                 "energy": np.full(len(TERMS), np.nan),
             }
         )
-        self._segments[:] = self._support[:] = 0
-        self._slipping = self._depth_max = self._duration = 0.0
+        self._closed = None
 
     def tell_energy(self, energy: np.ndarray) -> None:
         """Add to the last frame its energies and flows (8,) [J]."""
@@ -229,9 +252,9 @@ class Recorder:
 
     def _forces(self) -> dict[str, np.ndarray]:
         """Return what skin and mat bore in each frame, read for all frames at once."""
-        skins, normals, tangentials, mats, on_mats = zip(*self._borne, strict=True)
+        frames = len(self._frames)  # one more may wait for its end
+        skins, normals, tangentials, mats, on_mats = zip(*self._borne[:frames], strict=True)
         mat, place = told(mats, len(self._on_mat.normal))
-        frames = len(self._frames)
         normal_force = np.zeros((frames, len(self._on_skin.normal)), np.float32)
         on_mat = np.zeros((frames, len(mat)), np.float32)
         for frame in range(frames):

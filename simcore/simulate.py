@@ -118,9 +118,7 @@ class _Run:
         """Advance one step; return whether it completed a recorded frame."""
         now, q, v = self.time, self.q, self.v
         moved = self.moved(now)
-        ticks = self.ladder.choose(
-            self.ticks, lambda: min(self.smooth, self.interaction.pace(moved, q, v))
-        )
+        ticks = self.ladder.choose(lambda: min(self.smooth, self.interaction.pace(moved, q, v)))
         self.h = ticks * self.ladder.tick
         self.interaction.exchange(moved, q, v)
         if self.scene.method.integrator == "implicit":

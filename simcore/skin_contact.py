@@ -46,6 +46,7 @@ class SkinContact(Protocol):
         """Return the powers of an implicit step [s]: heat, friction, implicit part [W] (Eq. E4).
 
         `segments` are where `evaluate` found them, and move with the mean velocity of the step.
+        Afterwards `force` and `normal_force` are what the step had of them on its mean.
         The implicit part is what of Eq. I1 belongs to the laws of contact, over the whole step.
         """
 

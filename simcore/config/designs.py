@@ -6,7 +6,6 @@ unit; angles are degrees in YAML and radians everywhere else (`Angle` fields are
 `*_rad` properties).
 """
 
-from math import log2
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -275,23 +274,23 @@ class Settling(Strict):
 
 
 class AdaptiveStep(Strict):
-    """Steps on a rigid lift that are halved where the body moves fast (Eq. I3)."""
+    """Steps on a rigid lift that are shorter where the body moves fast (Eqs. I3 and I4)."""
 
     longest_s: Annotated[Finite, Field(gt=0, le=0.02, description="step of a body at rest")]
     shortest_s: Annotated[
-        Positive, Field(description="no step is shorter; longest_s halved so many times")
+        Positive, Field(description="no step is shorter; all are multiples, longest_s too")
     ]
     motion_m: Annotated[
         Positive, Field(description="no skin that touches moves farther within one step")
     ]
 
     @model_validator(mode="after")
-    def _halves(self):
-        halvings = log2(self.longest_s / self.shortest_s)
-        if halvings < 0 or abs(halvings - round(halvings)) > 1e-6:
+    def _multiples(self):
+        parts = self.longest_s / self.shortest_s
+        if parts < 1 - 1e-6 or abs(parts - round(parts)) > 1e-6:
             raise ValueError(
                 f"shortest_s is {self.shortest_s:g}; accepted: longest_s, {self.longest_s:g}, or "
-                "what halving it gives"
+                "a whole part of it"
             )
         return self
 

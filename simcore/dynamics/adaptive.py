@@ -47,17 +47,17 @@ def smooth_step(step: float, apart: float) -> float:
 
 
 class StepLadder:
-    """Chooses each step from a longest one and its halves, quarters …
+    """Chooses each step from a shortest one and its multiples, up to a longest one.
 
-        h = max {h_max / 2ᵏ ≥ h_min : h ≤ pace}                                          (Eq. I3)
+        h = max {k h_min ≤ h_max : h ≤ pace}, or h_min                                   (Eq. I3)
 
-    Steps start at multiples of their length, so that times are counted in whole ticks and every
-    step of h_max ends on one. None is longer than twice the one before, which told what is near.
+    Times are thus counted in whole ticks. No step is longer than twice the one before, which told
+    what is near.
 
     Parameters
     ----------
     longest, shortest : float
-        h_max and h_min [s]; their ratio is a power of two.
+        h_max and h_min [s]; their ratio is a whole number.
 
     Attributes
     ----------
@@ -66,24 +66,20 @@ class StepLadder:
     """
 
     def __init__(self, longest: float, shortest: float):
-        self._coarsest = round(longest / shortest)
-        self._last = self._coarsest
+        self._most = round(longest / shortest)
+        self._last = self._most
         self.longest = longest
-        self.tick = longest / self._coarsest
+        self.tick = longest / self._most
 
-    def choose(self, now: int, pace: Callable[[], float]) -> int:
-        """Return the length of the step that starts after `now` ticks, in ticks.
+    def choose(self, pace: Callable[[], float]) -> int:
+        """Return the length of the next step in ticks.
 
         Parameters
         ----------
         pace : callable
             Returns how long a step may be for the motion there is [s]; asked where steps differ.
         """
-        if self._coarsest == 1:
-            return 1
-        allowed = pace()
-        ticks = min(2 * self._last, self._coarsest)
-        while ticks > 1 and (now % ticks or ticks * self.tick > allowed):
-            ticks //= 2
-        self._last = ticks
-        return ticks
+        if self._most > 1:
+            allowed = min(pace() / self.tick, 2 * self._last, self._most)
+            self._last = max(int(allowed), 1)
+        return self._last
