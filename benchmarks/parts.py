@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from importlib.util import find_spec
 
-from benchmarks import growth, reference, start
+from benchmarks import growth, reference, start, steps
 from simcore.bench import bench_case, case_scene, profile_scene
 
 REPEATS = 5
@@ -140,6 +140,7 @@ PARTS = {
     "reference": Part(
         "the sling against a quarter of its steps", reference.measure, reference.table,
     ),
+    "steps": Part("adaptive steps against those of 1 ms", steps.measure, steps.table),
     "start": Part("import, compilation, memory", start.measure, start.table),
     "profile": Part("wall time of a step, by stage", _measure_profiles, _profile_table),
     "growth": Part("growth of cost with size", growth.measure, _growth_table),

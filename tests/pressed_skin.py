@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simcore.contact.foundation import foundation_forces
+from simcore.contact.foundation import foundation_forces, write_late_forces
 from simcore.contact.foundation_energy import foundation_energy, foundation_power
 from simcore.contact.layer import compliance
 
@@ -60,6 +60,13 @@ class Skin:
         return foundation_energy(
             np.arange(self.n), self.points, *self.field, self.rotation, self.origin,
             *self.flesh[:6], self.anchor, self.closed,
+        )
+
+    def tell_late(self, mean, step):
+        """Make of the forces what a step had of them that all points take with a mean (3,)."""
+        write_late_forces(
+            self.pressed, self.velocities, np.tile(mean, (self.n, 1)), step, self.friction,
+            self.normals, self.along, self.across, self.force, self.normal,
         )
 
     def power(self, mean, lag, step):

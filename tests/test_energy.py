@@ -122,6 +122,8 @@ class Block:
             change = np.linalg.solve(self.mass * np.eye(3) + z, h * force)
             mean = self.v + change / 2
             heat, implicit = skin.power(mean, self.lag, h)
+            skin.tell_late(mean, h)
+            self.told = skin.force.sum(axis=0), skin.normal.sum()
             late = mean @ z @ change
             self.flows += self.wrong * [0, 0, h * heat, skin.slid[0], late - h * implicit]
             self.v = self.v + change
@@ -144,6 +146,30 @@ def test_a_block_that_bounces_gives_its_fall_to_the_flesh_and_back():
     assert energy[:, 1].min() == pytest.approx(-weight * lowest, rel=0.01)
     assert np.abs(energy[-1, 5:7]).max() < 1e-30  # no heat; of friction the rounding of a tie
     assert left[-1] < 2e-3 and left[-1] < left[0]
+
+
+def test_forces_as_they_are_told_are_the_change_of_momentum():
+    """Of a block that falls on its flesh, steep and damped, while it touches: Eq. I6."""
+    block, told = Block(angle=0.2, depth=-0.01, damping=0.02, friction=5.0), []
+    for _ in range(60):
+        before = block.v
+        block.advance(block.step)
+        force = block.mass * ((block.v - before) / block.step - block.down)
+        assert block.told[0] == pytest.approx(force, abs=1e-9)
+        told.append(block.told[1])
+    assert max(told) > 2 * block.mass * G
+
+
+def test_friction_as_it_is_told_stays_within_what_the_normal_force_allows():
+    """On a slope too steep, from an impact to the slide."""
+    block = Block(angle=0.6, depth=-0.01, friction=0.3)
+    for _ in range(100):
+        block.advance(block.step)
+        force, normal = block.told
+        along = np.linalg.norm(force - normal * np.array([0.0, 0.0, 1.0]))
+        assert normal >= 0
+        assert along <= 0.3 * normal * (1 + 1e-12)
+    assert along == pytest.approx(0.3 * normal)
 
 
 def test_a_damped_block_turns_into_heat_what_a_damped_vibration_loses():

@@ -186,7 +186,7 @@ def _scatter(
 def write_late_forces(
     pressed, before, mean, step, friction, normals, along, across, force, normal_force
 ):
-    """Make of the forces half-way what an implicit step had of them on its mean (Eq. I1).
+    """Make of the forces half-way what an implicit step had of them on its mean: Eq. I6.
 
     With the impedance of each vertex (Eq. I2) and the change Δv of its velocity,
 
