@@ -13,6 +13,7 @@ from simcore.body.capsules import DOMINANT, TRUNK, fit_capsules
 from simcore.body.segments import INDEX, PARENTS, SEGMENT_NAMES
 from simcore.contact.self_contact import add_self_contact, overlaps
 from simcore.device.motion import STILL
+from simcore.dynamics.implicit import IMPLICITNESS
 from simcore.sling_interaction import SlingInteraction
 
 seeds = st.integers(0, 2**32 - 2)
@@ -226,6 +227,46 @@ def test_what_is_allowed_is_no_contact(seed, allowed):
     beyond = parts.overlaps()[0] - allowed
     force = np.linalg.norm(parts.wrench(allowed=allowed)[0, :3])
     assert force == pytest.approx(K * max(beyond, 0), rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize("gap", [-4e-3, -2e-3])
+def test_a_hand_between_two_parts_comes_to_rest(gap):
+    """Squeezed, by steps of Eq. I1 that are far too long for its springs."""
+    side = 0.1 + gap
+    axes = [[[0, -0.1, z], [0, 0.1, z]] for z in (0.0, side, -side)]
+    parts = Parts(axes, np.full((3, 2), 0.05), [[0, 1], [0, 2]])
+    mass, step, height, speed = 0.25, 0.016, 0.0, 0.3
+    lag, damping = IMPLICITNESS * step, 0.02 * K
+    speeds = []
+    for _ in range(40):
+        height += step / 2 * speed
+        parts.positions[0, 2], parts.velocities[0, 2] = height, speed
+        total, met = np.zeros((3, 6)), parts.met()
+        add_self_contact(
+            parts.pairs, parts.ends, parts.radius, np.zeros(2), parts.rotations, parts.positions,
+            parts.velocities, np.full(2, K), np.full(2, damping), lag, total, *met,
+        )
+        speed += step * total[0, 2] / (mass + met[2].sum())
+        height += step / 2 * speed
+        speeds.append(abs(speed))
+    assert max(speeds[-10:]) < 1e-3 * 0.3
+
+
+@pytest.mark.parametrize(("speed", "near"), [(0.2, False), (0.4, True), (-0.4, True)])
+def test_a_pair_that_is_apart_has_an_impedance_if_it_may_meet_in_the_step(speed, near):
+    """5 mm apart, and two lags of 8 ms."""
+    parts = Parts(
+        [[[0, 0, 0], [0.2, 0, 0]], [[0, 0, 0.105], [0.2, 0, 0.105]]], np.full((2, 2), 0.05)
+    )
+    parts.velocities[0, 2], lag, damping = speed, 0.008, 30.0
+    total, met = np.zeros((2, 6)), parts.met()
+    add_self_contact(
+        parts.pairs, parts.ends, parts.radius, np.zeros(1), parts.rotations, parts.positions,
+        parts.velocities, np.array([K]), np.array([damping]), lag, total, *met,
+    )
+    assert not total.any()
+    assert met[2] == pytest.approx(lag * (lag * K + damping) if near else 0.0)
+    assert not near or met[1][0] == pytest.approx([0, 0, 1], abs=1e-9)
 
 
 def test_wrenches_are_added_to():
