@@ -20,7 +20,7 @@ from simcore.contact.normals import chained
 from simcore.contact.penalty import find_contacts, penalty_forces
 from simcore.contact.segment_motion import write_relative
 from simcore.contact.skin_kinds import SkinKinds, skin_kinds
-from simcore.contact.tangential import Impulses
+from simcore.contact.tangential import Impulses, add_normal_parts
 from simcore.device.motion import DeviceState
 from simcore.device.surface import Surface
 from simcore.dynamics.pinocchio_views import SegmentViews
@@ -88,8 +88,9 @@ class PointContact(OnSkin):
 
     def add_mat_impulses(self, duration: float, on_mat: Impulses) -> None:
         """Implement `SkinContact.add_mat_impulses`: every point has a force of its own."""
-        on_mat.normal[self._touching] += duration * self._on_point
-        on_mat.acted_on[self._touching] = True
+        add_normal_parts(
+            self._touching, self._on_point, duration, on_mat.acted_on, on_mat.normal
+        )
 
 
 @compiled

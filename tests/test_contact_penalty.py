@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from simcore.body.skin import build_skin
 from simcore.contact.device_patches import build_patches
-from simcore.contact.penalty import find_contacts, penalty_forces
+from simcore.contact.penalty import SIDEWAYS, find_contacts, penalty_forces
 from simcore.contact.reference import find_penetration
 
 K, C, F_C, EPSILON, RADIUS = 1000.0, 5.0, 0.5, 0.1, 0.03
@@ -167,13 +167,15 @@ def test_friction_is_linear_up_to_epsilon_and_then_constant(plate, speed, sinkin
     force, *_ = touch(plate, under(0.002), velocities=moving(plate, velocity))()
     expected = -F_C * min(speed / EPSILON, 1) * along
     assert np.abs(force[MIDDLE, :2] - expected[:2]).max() < 1e-12
+    *_, fastest = touch(plate, under(0.002), velocities=moving(plate, velocity))()
+    assert fastest == pytest.approx(np.hypot(sinking, SIDEWAYS * speed), rel=1e-9)
 
 
 def test_friction_drags_the_skin_with_the_device(plate):
     """A device turning about an axis through its origin drags by ω × r, and that fast."""
     force, *_, fastest = touch(plate, under(0.002), angular=np.array([0, 0, 2.0]))()
     drag = 2.0 * np.array([-UNDER[1], UNDER[0]])  # below ε
-    assert fastest == pytest.approx(np.linalg.norm(drag), rel=1e-12)
+    assert fastest == pytest.approx(SIDEWAYS * np.linalg.norm(drag), rel=1e-12)
     assert np.abs(force[MIDDLE, :2] - F_C / EPSILON * drag).max() < 1e-12
 
 

@@ -6,6 +6,10 @@ from simcore.compiled import compiled, inlined
 from simcore.contact.eight import EIGHT, nearest_of_eight
 from simcore.contact.normals import write_normals
 
+SIDEWAYS = 0.5
+"""What a motion along the skin counts for in the length of steps (Eq. I4): it makes other vertices
+the nearest, and those lie ten times as far apart as skin moves in a step."""
+
 
 @compiled
 def find_contacts(
@@ -136,17 +140,17 @@ def penalty_forces(
     deepest : int
         Contact of the greatest depth, −1 without any.
     fastest : float
-        Greatest ‖V‖ of any contact [m/s].
+        V of Eq. I4: the greatest speed of any contact, sideways counted as `SIDEWAYS` [m/s].
     """
     v, n, back = np.empty((3, 3, point.size))
     _write_motion(
         point, vertex, velocities, outward, device_points, _in_axes(rotation, linear_velocity),
         _in_axes(rotation, angular_velocity), v, n,
     )
-    squared_speed, on_point = np.empty((2, point.size))
+    squared_pace, on_point = np.empty((2, point.size))
     _write_laws(
         depth, v[0], v[1], v[2], n[0], n[1], n[2], stiffness, damping, friction_force,
-        friction_velocity, squared_speed, on_point, back[0], back[1], back[2],
+        friction_velocity, squared_pace, on_point, back[0], back[1], back[2],
     )
     for i in touched:
         force[i, 0] = force[i, 1] = force[i, 2] = normal_force[i] = 0.0
@@ -158,7 +162,7 @@ def penalty_forces(
         normal_force[i] += on_point[c]
         if deepest < 0 or depth[c] > depth[deepest]:
             deepest = c
-        fastest = max(fastest, squared_speed[c])
+        fastest = max(fastest, squared_pace[c])
     for i in touched:
         x, y, z = force[i, 0], force[i, 1], force[i, 2]
         nx, ny, nz = outward[i, 0], outward[i, 1], outward[i, 2]
@@ -185,16 +189,17 @@ def _write_motion(
 @compiled
 def _write_laws(
     depth, vx, vy, vz, nx, ny, nz, stiffness, damping, friction_force, friction_velocity,
-    squared_speed, pressed, back_x, back_y, back_z,
+    squared_pace, pressed, back_x, back_y, back_z,
 ):
-    """Write V², the size of Eq. 6, and −f of both equations, of each contact (c,)."""
+    """Write the square of V of Eq. I4, the size of Eq. 6, and −f of both, of each contact (c,)."""
     for c in range(depth.size):
-        squared_speed[c] = vx[c] * vx[c] + vy[c] * vy[c] + vz[c] * vz[c]
         rate = nx[c] * vx[c] + ny[c] * vy[c] + nz[c] * vz[c]
         push = stiffness * depth[c] + damping * rate
         push = push if push > 0.0 else 0.0  # in one instruction, as `max` is not
         tx, ty, tz = vx[c] - rate * nx[c], vy[c] - rate * ny[c], vz[c] - rate * nz[c]
-        speed = np.sqrt(tx * tx + ty * ty + tz * tz)
+        squared = tx * tx + ty * ty + tz * tz
+        speed = np.sqrt(squared)
+        squared_pace[c] = rate * rate + SIDEWAYS * SIDEWAYS * squared
         friction = friction_force / (speed if speed > friction_velocity else friction_velocity)
         pressed[c] = push
         back_x[c] = push * nx[c] + friction * tx

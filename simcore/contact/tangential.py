@@ -98,6 +98,14 @@ def add_parts(listed, force, normal_force, normals, friction, duration, acted_on
     return slipping if friction >= 0.0 else np.nan
 
 
+@compiled
+def add_normal_parts(points, forces, duration, acted_on, total):
+    """Add what normal forces (p,) on some points do in a time [s] to their `Impulses`."""
+    for k in range(points.size):
+        total[points[k]] += duration * forces[k]
+        acted_on[points[k]] = True
+
+
 def bearing(acted_on: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """Return which points (k,) of `Impulses` have a normal one; those not acted on are not read."""
     points = acted_on.nonzero()[0]

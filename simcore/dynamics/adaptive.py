@@ -12,7 +12,7 @@ the frequency of an oscillation: where |1 + z + z²/2 + z³/6 + z⁴/24| = 1."""
 SAFETY = 0.9
 """Part of them that is taken: mass matrices change with the posture, if little for light limbs."""
 
-APART = 0.002
+APART = 0.001
 """By how much the evaluations half-way through a step may differ in the change of velocity that
 they make of it [m/s]; docs/physics.md tells what less and more did."""
 
