@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from simcore.config import Design, load_study
-from simcore.config.paths import set_value
+from simcore.bench import with_values
+from simcore.config import load_study
 from simcore.metrics import compute_metrics, skin_pressure
 from simcore.recorder import FALL_DISPLACEMENT, Trajectory
 from simcore.scene import build_scene
@@ -75,10 +75,7 @@ def _compare(study: Path, body: str, angle: float, changes: dict) -> dict:
 def _run(study: Path, body: str, angle: float, changes: dict) -> tuple[Trajectory, dict]:
     loaded = load_study(study, {"body": body, "support_angle_deg": angle})
     (candidate,) = loaded.candidates
-    tree = candidate.design.model_dump()
-    for key, value in changes.items():
-        set_value(tree, key, value)
-    scene = build_scene(Design.model_validate(tree), body, loaded.root)
+    scene = build_scene(with_values(candidate.design, changes), body, loaded.root)
     run = simulate(scene)
     figures = compute_metrics(scene, run, skin_pressure(scene, run))
     fall = float(figures["fall_time"])

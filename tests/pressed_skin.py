@@ -1,4 +1,6 @@
-"""Points of skin on a solid whose distance is known, pressed into it by hand."""
+"""Points of skin on a solid whose distance is known, pressed into it by hand or by a block."""
+
+from math import cos, sin
 
 import numpy as np
 
@@ -7,6 +9,7 @@ from simcore.contact.foundation_energy import foundation_energy, foundation_powe
 from simcore.contact.layer import compliance
 
 E, D, AREA = 5.0e4, 0.04, 2.0e-4
+G = 9.80665
 
 
 def half_space(normal=(0.0, 0.0, 1.0)):
@@ -76,3 +79,47 @@ class Skin:
             self.linear, self.turn, *self.flesh, lag, step, self.depths,
             self.steepness, self.normals, self.normal, self.along, self.sticks,
         )
+
+
+class Block:
+    """Four points of skin under a mass, on an incline, by the step of Eq. I1."""
+
+    def __init__(self, angle=0.0, depth=0.0, step=2e-3, mass=0.5, **law):
+        self.down = G * np.array([sin(angle), 0.0, -cos(angle)])
+        self.mass, self.step, self.lag = mass, step, 0.55 * step
+        corners = [[x, y, -depth] for x in (-0.01, 0.01) for y in (-0.01, 0.01)]
+        self.skin, self.v = Skin(corners, **law), np.zeros(3)
+        self.stiffness = 4 * AREA * E / D
+        self.flows, self.rows = np.zeros(5), []
+        self.wrong = np.ones(5)  # factors of what the accounts see
+        self.note()
+
+    @property
+    def place(self):
+        return self.skin.points.mean(axis=0)
+
+    def note(self):
+        kinetic = self.mass * self.v @ self.v / 2
+        potential = -self.mass * self.down @ self.place
+        self.rows.append([kinetic, potential, self.skin.energy(), *self.flows])
+
+    def advance(self, seconds):
+        skin, h = self.skin, self.step
+        for _ in range(round(seconds / h)):
+            skin.points += h / 2 * self.v
+            skin.velocities[:] = self.v
+            skin.slid[0] = 0.0
+            skin.evaluate(self.lag)
+            z = np.diag([skin.across.sum(), skin.across.sum(), skin.along.sum()])
+            force = skin.force.sum(axis=0) + self.mass * self.down
+            change = np.linalg.solve(self.mass * np.eye(3) + z, h * force)
+            mean = self.v + change / 2
+            heat, implicit = skin.power(mean, self.lag, h)
+            skin.tell_late(mean, h)
+            self.told = skin.force.sum(axis=0), skin.normal.sum()
+            late = mean @ z @ change
+            self.flows += self.wrong * [0, 0, h * heat, skin.slid[0], late - h * implicit]
+            self.v = self.v + change
+            skin.points += h / 2 * self.v
+            self.note()
+        return np.array(self.rows)

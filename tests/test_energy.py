@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pressed_skin import AREA, D, E, Skin, half_space
+from pressed_skin import AREA, Block, D, E, G, Skin, half_space
 from scipy.integrate import quad
 from sling_scenes import DESIGNS, MAN, ROOT, shipped_body, sling_scene
 
@@ -31,7 +31,6 @@ from simcore.validation.energy import RESIDUAL_MAX
 from simcore.validation.newton import FABRIC, PAPER, _Springs, hanging_sheet
 from simcore.validation.pendulum import KNEE_DAMPING, drop_leg, energy_of
 
-G = 9.80665
 varied = settings(max_examples=40, deadline=None)
 amounts = st.lists(st.floats(-100, 100), min_size=4, max_size=4)
 
@@ -88,50 +87,6 @@ def test_the_force_of_flesh_is_the_slope_of_its_energy(stiffening):
         assert force[axis] == pytest.approx(-slope, rel=1e-4, abs=1e-5)
 
 
-class Block:
-    """Four points of skin under a mass, on an incline, by the step of Eq. I1."""
-
-    def __init__(self, angle=0.0, depth=0.0, step=2e-3, mass=0.5, **law):
-        self.down = G * np.array([sin(angle), 0.0, -cos(angle)])
-        self.mass, self.step, self.lag = mass, step, 0.55 * step
-        corners = [[x, y, -depth] for x in (-0.01, 0.01) for y in (-0.01, 0.01)]
-        self.skin, self.v = Skin(corners, **law), np.zeros(3)
-        self.stiffness = 4 * AREA * E / D
-        self.flows, self.rows = np.zeros(5), []
-        self.wrong = np.ones(5)  # factors of what the accounts see
-        self.note()
-
-    @property
-    def place(self):
-        return self.skin.points.mean(axis=0)
-
-    def note(self):
-        kinetic = self.mass * self.v @ self.v / 2
-        potential = -self.mass * self.down @ self.place
-        self.rows.append([kinetic, potential, self.skin.energy(), *self.flows])
-
-    def advance(self, seconds):
-        skin, h = self.skin, self.step
-        for _ in range(round(seconds / h)):
-            skin.points += h / 2 * self.v
-            skin.velocities[:] = self.v
-            skin.slid[0] = 0.0
-            skin.evaluate(self.lag)
-            z = np.diag([skin.across.sum(), skin.across.sum(), skin.along.sum()])
-            force = skin.force.sum(axis=0) + self.mass * self.down
-            change = np.linalg.solve(self.mass * np.eye(3) + z, h * force)
-            mean = self.v + change / 2
-            heat, implicit = skin.power(mean, self.lag, h)
-            skin.tell_late(mean, h)
-            self.told = skin.force.sum(axis=0), skin.normal.sum()
-            late = mean @ z @ change
-            self.flows += self.wrong * [0, 0, h * heat, skin.slid[0], late - h * implicit]
-            self.v = self.v + change
-            skin.points += h / 2 * self.v
-            self.note()
-        return np.array(self.rows)
-
-
 def test_a_block_that_bounces_gives_its_fall_to_the_flesh_and_back():
     """Without damping: at its lowest k x²/2 = m g (fall + x), and it comes up again."""
     fall = 0.01
@@ -146,30 +101,6 @@ def test_a_block_that_bounces_gives_its_fall_to_the_flesh_and_back():
     assert energy[:, 1].min() == pytest.approx(-weight * lowest, rel=0.01)
     assert np.abs(energy[-1, 5:7]).max() < 1e-30  # no heat; of friction the rounding of a tie
     assert left[-1] < 2e-3 and left[-1] < left[0]
-
-
-def test_forces_as_they_are_told_are_the_change_of_momentum():
-    """Of a block that falls on its flesh, steep and damped, while it touches: Eq. I6."""
-    block, told = Block(angle=0.2, depth=-0.01, damping=0.02, friction=5.0), []
-    for _ in range(60):
-        before = block.v
-        block.advance(block.step)
-        force = block.mass * ((block.v - before) / block.step - block.down)
-        assert block.told[0] == pytest.approx(force, abs=1e-9)
-        told.append(block.told[1])
-    assert max(told) > 2 * block.mass * G
-
-
-def test_friction_as_it_is_told_stays_within_what_the_normal_force_allows():
-    """On a slope too steep, from an impact to the slide."""
-    block = Block(angle=0.6, depth=-0.01, friction=0.3)
-    for _ in range(100):
-        block.advance(block.step)
-        force, normal = block.told
-        along = np.linalg.norm(force - normal * np.array([0.0, 0.0, 1.0]))
-        assert normal >= 0
-        assert along <= 0.3 * normal * (1 + 1e-12)
-    assert along == pytest.approx(0.3 * normal)
 
 
 def test_a_damped_block_turns_into_heat_what_a_damped_vibration_loses():

@@ -8,6 +8,7 @@ from simcore.bench.cases import (
     case_design,
     case_scene,
     steady_run,
+    with_values,
 )
 from simcore.bench.history import append, latest, new_entry
 from simcore.bench.profile import Profile, profile_scene
@@ -26,4 +27,5 @@ __all__ = [
     "new_entry",
     "profile_scene",
     "steady_run",
+    "with_values",
 ]

@@ -77,8 +77,13 @@ def case_scene(case: str, changes: dict | None = None) -> Scene:
 def case_design(case: str, changes: dict | None = None) -> Design:
     """Return the design of a case, likewise."""
     candidate, _ = _candidate(case)
-    tree = candidate.design.model_dump()
-    for key, value in (changes or {}).items():
+    return with_values(candidate.design, changes or {})
+
+
+def with_values(design: Design, changes: dict) -> Design:
+    """Return a design with values replaced by the full path of their keys."""
+    tree = design.model_dump()
+    for key, value in changes.items():
         set_value(tree, key, value)
     return Design.model_validate(tree)
 

@@ -281,7 +281,8 @@ class AdaptiveStep(Strict):
         Positive, Field(description="no step is shorter; all are multiples, longest_s too")
     ]
     motion_m: Annotated[
-        Positive, Field(description="no skin that touches moves farther within one step")
+        Positive,
+        Field(description="no skin that touches moves farther in a step; sideways twice, with rk4"),
     ]
 
     @model_validator(mode="after")

@@ -120,30 +120,34 @@ class Neighbours:
             self._last_pose[:] = segments
         self._pace = _motions(segments, self._last_pose, *self._parts) / self._age
         if outer_used:
-            self._list_near(segments, True, pose, skin)
-            if (_motions(segments, self._outer_pose, *self._parts) > self._outer_allowance).any():
-                self._list_near(segments, False, pose, skin)
+            ahead = self._ahead(segments, OUTER_LIFE, OUTER_SLACK, self._outer_left)
+            self._list_near(ahead, pose, skin)
+            if (_motions(segments, ahead, *self._parts) > self._outer_allowance).any():
+                self._list_near(segments, pose, skin)  # what is to come is too far from here
         self._renew(segments, pose, skin)
         self._last_pose[:] = segments
         self._age = 0
 
-    def _ahead(self, segments, life, slack, left) -> np.ndarray:
+    def _ahead(self, segments, life, bounds, left) -> np.ndarray:
         """Return the poses (m, 3, 4) to make a list for that lives for so many updates at most.
 
         A list is exact for all poses within its allowance from those that it is made for. It lasts
         longest if skin first comes nearer to these, and then leaves them behind.
         """
-        using_up = (self._pace / np.maximum(slack, left / 2)).max()  # by the fastest, an update
+        slack = np.maximum(self._slack(life, bounds), left / 2)
+        using_up = (self._pace / slack).max()  # by the fastest, an update
         times = AHEAD / max(using_up, 1 / life)
         return poses_ahead(segments, self._last_pose, times / self._age)
 
-    def _list_near(self, segments, ahead, pose, skin) -> None:
-        """Make the outer list for the present poses, or for those to come."""
+    def _slack(self, life, bounds) -> np.ndarray:
+        """Return how far each part may move within so many updates, between bounds (p,) [m]."""
+        return np.clip(life * self._pace, *bounds)
+
+    def _list_near(self, segments, pose, skin) -> None:
+        """Make the outer list for some poses."""
         kinds, radius, grid = self._kinds, self._search_radius, self._device.grid
         patches = self._device.patches
-        allowed = np.clip(OUTER_LIFE * self._pace, *OUTER_SLACK)
-        if ahead:
-            segments = self._ahead(segments, OUTER_LIFE, allowed, self._outer_left)
+        allowed = self._slack(OUTER_LIFE, OUTER_SLACK)
         way = _motions(segments, self._outer_pose, *self._parts)
         self._outer_pose[:] = segments
         slack = greatest_of_kinds(kinds.offsets, kinds.parts, allowed)
@@ -177,8 +181,8 @@ class Neighbours:
         """Test patches with little left of their budgets, and list those that can touch."""
         stars = self._kinds.star_offsets, self._kinds.star
         rows = self._offsets, self.near
-        slack = np.clip(INNER_LIFE * self._pace, *INNER_SLACK)
-        ahead = self._ahead(segments, INNER_LIFE, slack, self._inner_left)
+        slack = self._slack(INNER_LIFE, INNER_SLACK)
+        ahead = self._ahead(segments, INNER_LIFE, INNER_SLACK, self._inner_left)
         # What is tested there has to hold here too.
         slack += 2 * _motions(segments, ahead, *self._parts)
         way = _motions(ahead, self._inner_pose, *self._parts)
