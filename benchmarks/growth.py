@@ -15,7 +15,7 @@ from simcore.config import load_study
 from simcore.dataset import collect, write_dataset, write_rows
 from simcore.device.build import build_surface
 from simcore.device.distance import device_distance
-from simcore.simulate import simulate
+from simcore.simulate import simulate, step_ladder
 from simcore.sweep import simulate_missing
 from simcore.validation.table import Curve, Plot
 
@@ -109,7 +109,7 @@ def _step_of(key: str, count: int) -> tuple[int, float]:
     runs = [steady_run(scene)[1:] for _ in range(REPEATS)]
     cost = float(np.median([spent / simulated for simulated, spent in runs]))
     size = scene.body.skin.vertex_count if "skin" in key else len(scene.surface.contact_points)
-    return size, cost * scene.method.time_step_s
+    return size, cost * step_ladder(scene).longest
 
 
 def _grid_of(count: int) -> tuple[int, float]:

@@ -92,8 +92,8 @@ class Interaction:
         """Deepest penetration [m]."""
         return self.contact.depth_max
 
-    def exchange(self, moved: DeviceState, q: np.ndarray, v: np.ndarray) -> None:
-        """Advance what is neither body nor rigid by one step of the body; here there is nothing."""
+    def exchange(self, moved: DeviceState, q: np.ndarray, v: np.ndarray, step: float) -> None:
+        """Advance what is neither body nor rigid by one step [s]; here there is nothing."""
 
     def pace(self, moved: DeviceState, q: np.ndarray, v: np.ndarray) -> float:
         """Return how long the next step may be, from q (60,) and v (47,) [s]: Eqs. I3 and I4."""

@@ -65,12 +65,12 @@ def simulate(scene: Scene, progress: Progress | None = None) -> Trajectory:
 
 
 def step_ladder(scene: Scene) -> StepLadder:
-    """Return the steps of a scene: a sling's are all alike, as sheet and body exchange forces."""
+    """Return the steps of a scene; with a sheet none is longer than an exchange of forces."""
     method = scene.method
     steps = method.adaptive_step
-    if not steps or scene.sling:
+    if not steps:
         return StepLadder(method.time_step_s, method.time_step_s)
-    return StepLadder(steps.longest_s, steps.shortest_s)
+    return StepLadder(scene.sling.step if scene.sling else steps.longest_s, steps.shortest_s)
 
 
 class _Run:
@@ -120,7 +120,7 @@ class _Run:
         moved = self.moved(now)
         ticks = self.ladder.choose(lambda: min(self.smooth, self.interaction.pace(moved, q, v)))
         self.h = ticks * self.ladder.tick
-        self.interaction.exchange(moved, q, v)
+        self.interaction.exchange(moved, q, v, self.h)
         if self.scene.method.integrator == "implicit":
             self.q, self.v = implicit_step(
                 self.scene.body.model, self.interaction.data, self.linearised, now, q, v, self.h
@@ -156,7 +156,7 @@ class _Run:
         raise SimulationError(
             "blow_up",
             f"joint {model.names[joint]} passed {SPEED_LIMIT:g} rad/s at {self.time:.3f} s; "
-            "a smaller method.time_step_s may hold it",
+            "shorter steps may hold it: method.time_step_s, or method.adaptive_step",
         )
 
     def moved(self, time: float) -> DeviceState:

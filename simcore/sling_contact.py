@@ -10,8 +10,8 @@ from simcore.body.skin_listed import segment_balls, two_rings
 from simcore.compiled import compiled
 from simcore.contact import tracking
 from simcore.contact.foundation_energy import energy_between
-from simcore.contact.layer import SHEAR_SHARE, STRAIN_MAX
 from simcore.contact.segment_motion import SkinTravel
+from simcore.contact.skin_planes import press_flesh, set_skin_planes
 from simcore.contact.tangential import Impulses, add_parts
 from simcore.contact.tiles import spread_by_tiles, under_tiles
 from simcore.dynamics.pinocchio_views import SegmentViews
@@ -20,9 +20,9 @@ from simcore.scene import Scene, segment_of_vertex
 from simcore.sheet.contact import ContactForce, PlaneContact
 from simcore.sheet.solver import SheetState
 
-NEAR = 0.01
-"""Planes are given to points nearer than this, and to those that come so near within a step; never
-to points beyond `simcore.contact.tracking.NEAR`, which no step of some milliseconds bridges [m]."""
+MOTION = 0.5
+"""Share of what skin may move on what is rigid within a step (Eq. I3) that sheet and skin may move
+past each other: planes keep the direction and the tangent of the flesh that they start with."""
 
 CARRIED = 10.0
 """Inertia that a sheet vertex opposes to the skin, over its own: within the lag of a step, some ten
@@ -42,6 +42,8 @@ class SheetOnSkin:
         What the skin is to the sheet.
     contact_count : int
         Sheet vertices that were pressed in the last step.
+    pace : float
+        How long a step may be as skin and sheet meet [s]: Eq. I3.
     depth_max, deepest : float, int
         Greatest depth of a sheet vertex in the skin at its start [m], and its skin vertex.
     near : (l,) int64
@@ -57,14 +59,9 @@ class SheetOnSkin:
     skin_direction : (n, 3), skin_along, skin_across : (n,) float64
         Normal, and impedance lag² K + lag D along and across it [kg], of the sheet on each skin
         vertex that is touched; zero elsewhere.
-
-    Parameters
-    ----------
-    lag : float
-        Time after which the body's step wants to know the force, 0 for an explicit one [s].
     """
 
-    def __init__(self, scene: Scene, lag: float):
+    def __init__(self, scene: Scene):
         skin, net = scene.body.skin, scene.sling.solver.sheet.net
         self._body, self._law, self._net = scene.body, scene.sling.law, net
         self._two_rings, self._vertex_area = two_rings(skin), skin.vertex_area
@@ -92,14 +89,16 @@ class SheetOnSkin:
         self.skin_direction = np.zeros((skin.vertex_count, 3))
         self.skin_along, self.skin_across = np.zeros((2, skin.vertex_count))
         self.given_back, self.energy_given_back = np.zeros(3), 0.0
-        self._lag, self._inertia = lag, scene.sling.solver.inertia
+        self._inertia = scene.sling.solver.inertia
+        steps = scene.method.adaptive_step
+        self._motion, self.pace = MOTION * steps.motion_m if steps else np.inf, np.inf
+        self._step, self._lag = scene.sling.step, 0.0  # of the last exchange
         # Of each sheet vertex: the skin vertex that it pressed in the last step, and how.
         self._pressed = np.full(len(net.mass), -1)
         self._direction = np.zeros((len(net.mass), 3))
         self._along, self._across = np.zeros((2, len(net.mass)))
         # By how much planes lead the skin, and how fast that was an exchange before.
         self._lead, self._last_velocity = np.zeros((2, len(net.mass), 3))
-        self._step = scene.sling.step
         self._impulse = np.zeros((len(net.mass), 3))
 
     def find(
@@ -146,7 +145,8 @@ class SheetOnSkin:
             self.energy_given_back = self._inertia.kick(sheet.velocity, impulse)
 
     def set_planes(
-        self, sheet: SheetState, skin: np.ndarray, skin_velocity: np.ndarray, duration: float
+        self, sheet: SheetState, skin: np.ndarray, skin_velocity: np.ndarray, duration: float,
+        lag: float,
     ) -> None:
         """Set the planes for a step of some duration [s], after `find`.
 
@@ -154,15 +154,18 @@ class SheetOnSkin:
         ----------
         skin, skin_velocity : (n, 3) float64
             Skin vertices in the world where the sheet may touch them [m, m/s].
+        lag : float
+            Time after which the body's step wants to know the force, 0 for an explicit one [s].
         """
         tracker, planes = self._tracker, self.planes
-        self._met = _set_skin_planes(
+        ahead, self._step, self._lag = duration / (2 * self._step), duration, lag
+        self._met, self.pace = set_skin_planes(
             tracker.vertex, tracker.gap, skin, skin_velocity, sheet.position, sheet.velocity,
-            duration, planes.normal, planes.active, planes.offset, planes.surface_velocity,
-            planes.anchor, planes.force, self._lead, self._last_velocity,
+            duration, lag, ahead, self._motion, planes.normal, planes.active, planes.offset,
+            planes.surface_velocity, planes.anchor, planes.force, self._lead, self._last_velocity,
         )
         if not self._law:
-            _press_flesh(
+            press_flesh(
                 self._met, tracker.vertex, tracker.gap, self._thickness,
                 self._net.vertex_area, *self._flesh, planes.stiffness, planes.damping,
                 planes.tangential_stiffness, planes.tangential_damping, planes.offset,
@@ -263,40 +266,6 @@ def _moving(vertex, gap, pressed, count):
 
 
 @compiled
-def _set_skin_planes(
-    vertex, gap, skin, skin_velocity, position, velocity, duration, normal, active, offset,
-    surface_velocity, anchor, force, lead, last_velocity,
-):
-    """Give a plane to each sheet vertex that is near the skin, or will be within the duration.
-
-    It moves as the skin will on the mean, v + (v − v of the step before)/2: Eq. S15. Returns those.
-    """
-    met, count = np.empty(vertex.size, np.int64), 0
-    for p in range(vertex.size):
-        i, was_active, active[p] = vertex[p], active[p], False
-        if i < 0 or gap[p] > tracking.NEAR:
-            continue
-        approach = 0.0
-        for a in range(3):
-            approach += normal[p, a] * (skin_velocity[i, a] - velocity[p, a])
-        if gap[p] > NEAR + approach * duration:
-            continue
-        offset[p] = 0.0
-        for a in range(3):
-            offset[p] += normal[p, a] * skin[i, a]
-            lead[p, a] = 0.5 * (skin_velocity[i, a] - last_velocity[p, a]) if was_active else 0.0
-            last_velocity[p, a] = skin_velocity[i, a]
-            surface_velocity[p, a] = skin_velocity[i, a] + lead[p, a]
-            if not was_active:
-                anchor[p, a] = position[p, a]
-                force[p, a] = 0.0
-        active[p] = True
-        met[count] = p
-        count += 1
-    return met[:count].copy()
-
-
-@compiled
 def _least_left(vertex, gap, room):
     """Return the sheet vertex with the least way left to bone or middle, and that way [m]."""
     passed, least = -1, np.inf
@@ -305,31 +274,6 @@ def _least_left(vertex, gap, room):
         if left < least:
             passed, least = p, left
     return passed, least
-
-
-@compiled
-def _press_flesh(
-    met, vertex, gap, thickness, area, modulus, stiffening, damping_time, stiffness, damping,
-    tangential_stiffness, tangential_damping, offset,
-):
-    """Give each plane the tangent of the flesh's law at its present depth d (Eq. S12).
-
-        N = A E ε / (1 − ε),  ε = d/D,  dN/dd = A E / D / (1 − ε)²
-
-    for flesh of thickness D, linear beyond STRAIN_MAX, or throughout. The plane is moved so that
-    its force at d is N.
-    """
-    for each in met:
-        p, i = np.uint64(each), np.uint64(vertex[each])
-        most = thickness[i]
-        shallow = area[p] * modulus[i] / most
-        strain = min(max(-gap[p], 0.0) / most, STRAIN_MAX) if stiffening else 0.0
-        left = 1.0 - strain
-        stiffness[p] = shallow / (left * left)
-        offset[p] -= most * strain * strain
-        damping[p] = damping_time * stiffness[p]
-        tangential_stiffness[p] = SHEAR_SHARE * shallow
-        tangential_damping[p] = SHEAR_SHARE * damping_time * shallow
 
 
 @compiled

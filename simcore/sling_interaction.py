@@ -32,8 +32,8 @@ LANDMARKS, LANDMARK_RADIUS = ("pelvis", "thoracic"), 0.1
 under each at the start [m]."""
 
 
-DASHPOTS_EVERY = 8
-"""Exchanges for which the heat of springs and straps is taken from one moment: 1 or 2 J of some 400
+DASHPOTS_EVERY = 0.064
+"""Time for which the heat of springs and straps is taken from one moment [s]: 1 or 2 J of some 400
 in the shipped slings. To look at all springs costs as much as a sub-step."""
 
 
@@ -50,12 +50,14 @@ class SlingInteraction(Interaction):
     def __init__(self, scene: Scene):
         super().__init__(scene)
         sling, skin = scene.sling, scene.body.skin
-        self._solver, self._step = sling.solver, sling.step
-        self._steps_per_exchange = round(sling.step / scene.method.time_step_s)
-        self._steps = 0
+        self._solver, method = sling.solver, scene.method
+        # Adaptive steps have one each.
+        fixed = method.time_step_s
+        self._steps_per_exchange = round(sling.step / fixed) if fixed else 1
+        self._steps, self._time, self._dashpots_told = 0, 0.0, 0.0
         self.sheet = SheetState(sling.start.position.copy(), sling.start.velocity.copy())
-        implicit = scene.method.integrator == "implicit"
-        self._on_skin = SheetOnSkin(scene, implicit * IMPLICITNESS * scene.method.time_step_s)
+        self._lag_share = IMPLICITNESS if method.integrator == "implicit" else 0.0
+        self._on_skin = SheetOnSkin(scene)
         self._skin = np.zeros((skin.vertex_count, 3))
         self._skin_velocity, self._shown = np.zeros((2, skin.vertex_count, 3))
         self._bed_wrench = np.zeros_like(self.segment_wrench)
@@ -66,11 +68,12 @@ class SlingInteraction(Interaction):
         self._landmarks = self._lay_landmarks(scene)
         self.strap_force = np.zeros((len(self._solver.sheet.straps.length), 3))
 
-    def exchange(self, moved: DeviceState, q: np.ndarray, v: np.ndarray) -> None:
+    def exchange(self, moved: DeviceState, q: np.ndarray, v: np.ndarray, step: float) -> None:
         """Advance the sheet, once an exchange step, under a bar that is at `moved`."""
         if self._steps % self._steps_per_exchange:
             self._steps += 1
             return
+        duration = step * self._steps_per_exchange
         pin.forwardKinematics(self.model, self.data, q, v)
         segments = self._views
         self._on_skin.find(
@@ -81,14 +84,21 @@ class SlingInteraction(Interaction):
             segments.velocities, self._skin, self._skin_velocity,
         )
         self._on_skin.give_back(self.sheet, self._skin_velocity)
-        self._on_skin.set_planes(self.sheet, self._skin, self._skin_velocity, self._step)
-        self._on_skin.refuse_passing(self._steps // self._steps_per_exchange * self._step)
-        reaction = self._solver.advance(self.sheet, self._step, self._on_skin.planes, moved)
+        self._on_skin.set_planes(
+            self.sheet, self._skin, self._skin_velocity, duration, self._lag_share * step
+        )
+        self._on_skin.refuse_passing(self._time)
+        reaction = self._solver.advance(self.sheet, duration, self._on_skin.planes, moved)
         self._on_skin.press(reaction.contact)
+        self._time += duration
         self._spend_by_sheet(reaction.spent, moved)
         self.strap_force = reaction.strap_force
         self._outer_force = self.strap_force.sum(axis=0) + reaction.bed_force
         self._steps += 1
+
+    def pace(self, moved: DeviceState, q: np.ndarray, v: np.ndarray) -> float:
+        """Return how long the next step may be, for bed and sheet [s]: Eq. I3."""
+        return min(super().pace(moved, q, v), self._on_skin.pace)
 
     def account(
         self, v: np.ndarray, change: np.ndarray, step: float, after: DeviceState
@@ -125,12 +135,12 @@ class SlingInteraction(Interaction):
 
     def _spend_by_sheet(self, of_planes: np.ndarray, moved: DeviceState) -> None:
         """Add what the exchange has spent (Eq. E5): sheet and straps by their powers."""
-        solver, exchange = self._solver, self._steps // self._steps_per_exchange
+        solver = self._solver
         self._spent += of_planes
-        if exchange % DASHPOTS_EVERY == 0:
-            self._spent[0] += DASHPOTS_EVERY * self._step * dashpot_power(
-                solver.sheet, solver.damping_time, self.sheet, moved
-            )
+        if self._time - self._dashpots_told >= DASHPOTS_EVERY:
+            power = dashpot_power(solver.sheet, solver.damping_time, self.sheet, moved)
+            self._spent[0] += (self._time - self._dashpots_told) * power
+            self._dashpots_told = self._time
         self._spent[2] -= self._on_skin.energy_given_back
 
     @property

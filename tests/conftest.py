@@ -42,7 +42,7 @@ def design_with():
         body=read_design(BodyDesign, designs / "bodies" / f"{MAN}.yaml"),
         posture=read_design(Posture, designs / "postures" / "seated.yaml"),
         method=read_design(Method, designs / "methods" / "paper.yaml").model_copy(
-            update={"adaptive_step": None}  # steps are as long as a test says
+            update={"adaptive_step": None, "time_step_s": 0.002}  # or as long as a test says
         ),
     )
 

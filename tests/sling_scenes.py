@@ -23,7 +23,8 @@ MAN = "male_172_70"
 COARSE = {
     "device.sheet.vertex_count": 700, "skin_vertices": 3000,
     "method.contact.flesh": {"modulus_pa": 5e4, "thickness_m": 0.05},
-    "time_step_s": 0.002, "method.sheet.step_s": 0.004,  # two steps make an exchange
+    "method.adaptive_step": None, "time_step_s": 0.002,
+    "method.sheet.step_s": 0.004,  # two steps make an exchange
     "duration_min_s": 0.1, "duration_max_s": 0.3, "hold_s": 0.0, "record_rate_hz": 50,
     "device.motion.keyframes": [
         {"time_s": 0, "translation_m": 0, "rotation_deg": 0},
@@ -35,7 +36,7 @@ PENALTY = {
     "friction_force_n": 2.0, "friction_velocity_m_per_s": 0.1,
 }
 EXPLICIT = {
-    "method.integrator": "rk4", "method.adaptive_step": None, "method.sheet.contact": PENALTY,
+    "method.integrator": "rk4", "method.sheet.contact": PENALTY,
     "method.contact": PENALTY | {"search_radius_m": 0.03, "initial_penetration_limit_m": 0.01},
 }
 """The paper's laws and Runge–Kutta steps."""
@@ -126,7 +127,7 @@ class Steps:
 
     def step(self) -> np.ndarray:
         """Advance one step; return its mean acceleration."""
-        self.interaction.exchange(self.bar, self.q, self.v)
+        self.interaction.exchange(self.bar, self.q, self.v, self.h)
         before = self.v
         if self.scene.method.integrator == "rk4":
             start = self.acceleration(0.0, self.q, self.v)

@@ -23,7 +23,7 @@ from simcore.certificate import (
 )
 from simcore.cli import app
 from simcore.config import VARIANTS, Design, load_study, refined, variants_of
-from simcore.config.paths import leaf_paths
+from simcore.config.paths import leaf_paths, set_value
 from simcore.dataset import open_dataset, row
 from simcore.errors import DesignError
 from simcore.jobs import jobs_of
@@ -60,31 +60,32 @@ def leaves(design: Design) -> dict:
     return {".".join(path): at(tree, path) for path in leaf_paths(tree)}
 
 
-def with_solver(design: Design, solver: dict) -> Design:
+def with_method(design: Design, changes: dict) -> Design:
     tree = design.model_dump()
-    tree["method"]["sheet"]["solver"] = solver
+    for key, value in changes.items():
+        set_value(tree, f"method.{key}", value)
     return Design.model_validate(tree)
 
 
 STEP, SHEET_STEP = "method.time_step_s", "method.sheet.step_s"
-LIFT_STEPS = {f"method.adaptive_step.{key}" for key in ("longest_s", "shortest_s", "motion_m")}
+FIXED = {"adaptive_step": None, "time_step_s": 0.002}
+STEPS = {f"method.adaptive_step.{key}" for key in ("longest_s", "shortest_s", "motion_m")}
 
 
 @pytest.mark.parametrize(
-    ("kind", "solver", "steps", "mesh"),
+    ("kind", "changes", "steps", "mesh"),
     [
-        ("lift", None, {STEP, *LIFT_STEPS}, "device.surface.vertex_count"),
-        ("sling", {"kind": "explicit"}, {STEP, SHEET_STEP}, "device.sheet.vertex_count"),
-        ("sling", {"kind": "explicit", "substep_s": 1e-4},
-         {STEP, SHEET_STEP, "method.sheet.solver.substep_s"}, "device.sheet.vertex_count"),
-        ("sling", {"kind": "liu", "tolerance": 1e-3}, {STEP, SHEET_STEP},
-         "device.sheet.vertex_count"),
+        ("lift", {}, STEPS, "device.surface.vertex_count"),
+        ("lift", FIXED, {STEP}, "device.surface.vertex_count"),
+        ("sling", {}, {*STEPS, SHEET_STEP}, "device.sheet.vertex_count"),
+        ("sling", {"sheet.solver": {"kind": "explicit", "substep_s": 1e-4}},
+         {*STEPS, SHEET_STEP, "method.sheet.solver.substep_s"}, "device.sheet.vertex_count"),
+        ("sling", FIXED | {"sheet.solver": {"kind": "liu", "tolerance": 1e-3}},
+         {STEP, SHEET_STEP}, "device.sheet.vertex_count"),
     ],
 )  # fmt: skip
-def test_a_variant_differs_in_what_it_refines_alone(candidates, kind, solver, steps, mesh):
-    design = candidates[kind].design
-    if solver:
-        design = with_solver(design, solver)
+def test_a_variant_differs_in_what_it_refines_alone(candidates, kind, changes, steps, mesh):
+    design = with_method(candidates[kind].design, changes)
     before = leaves(design)
     expected = {"half_step": (steps, 0.5), "twice_skin": ({"body.skin_vertices"}, 2),
                 "twice_device": ({mesh}, 2)}

@@ -166,7 +166,8 @@ def lift_with(design_with):
 
     def make(changes: dict, method: dict):
         tree = deepcopy(shipped)
-        for key, value in ({"adaptive_step": None, "sheet": None} | method).items():
+        fixed = {"adaptive_step": None, "time_step_s": 0.008, "sheet": None}
+        for key, value in (fixed | method).items():
             set_value(tree, key, value)
         design = design_with(changes).model_copy(update={"method": Method.model_validate(tree)})
         return build_scene(design, MAN, ROOT)

@@ -357,7 +357,7 @@ def accelerations(q=None):
         interaction = SlingInteraction(scene)
         v = np.zeros(scene.body.model.nv)
         at = scene.configuration if q is None else q
-        interaction.exchange(STILL, scene.configuration, v)
+        interaction.exchange(STILL, scene.configuration, v, scene.method.time_step_s)
         found.append(interaction.acceleration(STILL, at, v))
     return found
 

@@ -14,14 +14,14 @@ from simcore.body.inscribed import inscribed_radius
 from simcore.body.skin import vertex_normals
 from simcore.body.through import LONGEST, way_through
 from simcore.contact.layer import SHEAR_SHARE, STRAIN_MAX
-from simcore.sling_contact import _press_flesh
+from simcore.contact.skin_planes import press_flesh
 
 
 def flesh_force(gap, area, modulus, thickness, at=None, stiffening=True):
     """Normal force at a gap by the plane that is given to a vertex at that gap, or at another."""
     gap, count = np.atleast_1d(np.asarray(gap, float)), np.size(gap)
     plane = {name: np.zeros(count) for name in ("k", "c", "k_t", "c_t", "offset")}
-    _press_flesh(
+    press_flesh(
         np.arange(count), np.zeros(count, np.int64), gap if at is None else np.full(count, at),
         np.array([thickness]), np.full(count, area), np.array([modulus]), stiffening, 0.02,
         plane["k"], plane["c"], plane["k_t"], plane["c_t"], plane["offset"],

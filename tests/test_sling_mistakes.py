@@ -143,16 +143,24 @@ def test_in_the_file_of_a_sling(check, path, value, expected):
     assert expected in line
 
 
+FIXED = {"adaptive_step": GONE, "time_step_s": 0.002}
+
+
 @pytest.mark.parametrize(
-    ("path", "value", "expected"),
+    ("changes", "expected"),
     [
-        ("sheet.step_s", 0.005, "sheet.step_s is 0.005; accepted: a whole number of time_s"),
-        ("sheet.step_s", 0.0005, "sheet.step_s is 0.0005; accepted: a whole number of time_ste"),
+        ({"sheet.step_s": 0.0105}, "sheet.step_s is 0.0105; accepted: a whole number of adaptive_"),
+        ({"sheet.step_s": 0.0004}, "sheet.step_s is 0.0004; accepted: a whole number of adaptive_"),
+        (FIXED | {"sheet.step_s": 0.005}, "sheet.step_s is 0.005; accepted: a whole number of tim"),
+        ({"time_step_s": 0.002}, "time_step_s, adaptive_step: both are given; accepted: one of"),
+        ({"adaptive_step": GONE}, "time_step_s, adaptive_step: neither is given; accepted: one"),
+        ({"sheet.solver": {"kind": "liu", "tolerance": 0.001}},
+         "sheet.solver.kind is liu; accepted: explicit, or time_step_s instead of adaptive_step"),
     ],
-)
-def test_in_the_file_of_a_method(check, path, value, expected):
-    change(METHOD, "time_step_s", 0.002)
-    change(METHOD, path, value)
+)  # fmt: skip
+def test_in_the_steps_of_a_method(check, changes, expected):
+    for path, value in changes.items():
+        change(METHOD, path, value)
     line = told(check)
     assert line.startswith(f"{METHOD}: ")
     assert expected in line
@@ -172,7 +180,6 @@ def test_in_the_file_of_a_method(check, path, value, expected):
     ],
 )
 def test_in_what_a_method_may_leave_out(check, path, value, expected):
-    change(METHOD, "time_step_s", 0.002)
     change(METHOD, path, value)
     line = told(check)
     assert line.startswith(f"{METHOD}: ")

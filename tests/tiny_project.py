@@ -43,6 +43,7 @@ def make_project(folder: Path) -> Path:
 
     method = read_yaml(designs / "methods" / "paper.yaml")
     del method["adaptive_step"]
+    method["time_step_s"] = 0.002
     method["hold_s"] = 0.1
     method["settling"] |= {"duration_min_s": 0.1, "duration_max_s": 0.2}
     method["contact"] |= {"stiffness_n_per_m": 8000, "friction_force_n": 5}  # of fewer contacts

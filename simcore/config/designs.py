@@ -246,7 +246,7 @@ class SheetMethod(Strict):
     step_s: Annotated[
         Finite,
         Field(gt=0, le=0.02, description="sheet and body exchange forces so often, a whole number "
-              "of steps of the body"),
+              "of steps of the body; of adaptive ones, which have one each, the longest"),
     ]
     solver: Annotated[
         ExplicitSheet | LiuSheet, Field(discriminator="kind", description="what moves the sheet")
@@ -274,9 +274,12 @@ class Settling(Strict):
 
 
 class AdaptiveStep(Strict):
-    """Steps on a rigid lift that are shorter where the body moves fast (Eqs. I3 and I4)."""
+    """Steps that are shorter where the body moves fast (Eqs. I3 and I4)."""
 
-    longest_s: Annotated[Finite, Field(gt=0, le=0.02, description="step of a body at rest")]
+    longest_s: Annotated[
+        Finite,
+        Field(gt=0, le=0.02, description="step of a body at rest; in a sling sheet.step_s"),
+    ]
     shortest_s: Annotated[
         Positive, Field(description="no step is shorter; all are multiples, longest_s too")
     ]
@@ -287,8 +290,7 @@ class AdaptiveStep(Strict):
 
     @model_validator(mode="after")
     def _multiples(self):
-        parts = self.longest_s / self.shortest_s
-        if parts < 1 - 1e-6 or abs(parts - round(parts)) > 1e-6:
+        if not _is_multiple(self.longest_s, self.shortest_s):
             raise ValueError(
                 f"shortest_s is {self.shortest_s:g}; accepted: longest_s, {self.longest_s:g}, or "
                 "a whole part of it"
@@ -303,10 +305,13 @@ class Method(Strict):
         Literal["rk4", "implicit"],
         Field(description="explicit Runge–Kutta of order 4, or the linearly implicit midpoint"),
     ]
-    time_step_s: Annotated[Finite, Field(gt=0, le=0.02, description="step of the integrator")]
+    time_step_s: Annotated[
+        Annotated[Finite, Field(gt=0, le=0.02)] | None,
+        Field(description="step of the integrator; none: adaptive_step"),
+    ] = None
     adaptive_step: Annotated[
         AdaptiveStep | None,
-        Field(description="steps on a rigid lift instead of time_step_s"),
+        Field(description="steps as long as the motion allows; none: time_step_s"),
     ] = None
     record_rate_hz: Annotated[
         Finite, Field(ge=1, le=1000, description="frames kept of each simulated second")
@@ -343,15 +348,34 @@ class Method(Strict):
         return self
 
     @model_validator(mode="after")
-    def _sheet_keeps_step(self):
-        if self.sheet:
-            steps = self.sheet.step_s / self.time_step_s
-            if abs(steps - round(steps)) > 1e-6 or steps < 0.5:
-                raise ValueError(
-                    f"sheet.step_s is {self.sheet.step_s:g}; accepted: a whole number of "
-                    f"time_step_s, {self.time_step_s:g}"
-                )
+    def _steps_fit(self):
+        if (self.time_step_s is None) == (self.adaptive_step is None):
+            told = "both are given" if self.adaptive_step else "neither is given"
+            raise ValueError(f"time_step_s, adaptive_step: {told}; accepted: one of them")
+        if not self.sheet:
+            return self
+        adaptive = self.adaptive_step
+        name, step = (
+            ("adaptive_step.shortest_s", adaptive.shortest_s) if adaptive
+            else ("time_step_s", self.time_step_s)
+        )
+        if not _is_multiple(self.sheet.step_s, step):
+            raise ValueError(
+                f"sheet.step_s is {self.sheet.step_s:g}; accepted: a whole number of "
+                f"{name}, {step:g}"
+            )
+        if adaptive and self.sheet.solver.kind != "explicit":
+            raise ValueError(
+                f"sheet.solver.kind is {self.sheet.solver.kind}; accepted: explicit, or "
+                "time_step_s instead of adaptive_step"
+            )
         return self
+
+
+def _is_multiple(step: float, part: float) -> bool:
+    """Return whether a step is a whole number of parts, but for rounding."""
+    count = step / part
+    return round(count) >= 1 and abs(count - round(count)) < 1e-6
 
 
 class Design(Strict):

@@ -22,12 +22,13 @@ def refined(design: Design, source: str = "certificate") -> dict[str, Design]:
         message.
     """
     method, sheet = design.method, design.method.sheet
-    half_step = {"method.time_step_s": method.time_step_s / 2}
-    if method.adaptive_step and design.device.kind != "sling_lift":
-        half_step |= {
+    if method.adaptive_step:
+        half_step = {
             f"method.adaptive_step.{name}": value / 2
             for name, value in method.adaptive_step.model_dump().items()
         }
+    else:
+        half_step = {"method.time_step_s": method.time_step_s / 2}
     if sheet:
         half_step["method.sheet.step_s"] = sheet.step_s / 2
         substep = getattr(sheet.solver, "substep_s", None)

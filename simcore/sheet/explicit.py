@@ -19,7 +19,7 @@ from simcore.sheet.spring_pass import accelerate, carry, move, pull_springs
 STABILITY_MARGIN = 1.1
 """Vertex inertia over the least that a stable sub-step needs (Eq. S8)."""
 
-SUBSTEP_MAX = 0.4e-3
+SUBSTEP_MAX = 0.42e-3
 """Longest sub-step taken unasked [s]."""
 
 # ASSUME: seams and friction between threads damp the stretch of a fabric; this much quiets the
