@@ -6,11 +6,11 @@ still with its normal along z: half of the arithmetic, in the same order.
 
 import numpy as np
 
-from simcore.compiled import fused
+from simcore.compiled import fused, inlined
 from simcore.sheet.vertex_contact import leaving, press
 
 
-@fused
+@inlined
 def solve_bed(
     law, state, sums, pushed, position, velocity, before, mobility, coefficient, epsilon, h, first,
     last,

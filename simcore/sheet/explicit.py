@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 from scipy.linalg import eigh
 
-from simcore.compiled import fused
+from simcore.compiled import fused, inlined
 from simcore.errors import DesignError
 from simcore.sheet.contact import PlaneContact
 from simcore.sheet.grid import SheetGrid, split, unite
@@ -220,6 +220,9 @@ def _substeps(
     gathered, spread, coupling = whole
     first, last = span
     by_skin, by_skin_in_pairs = pushed
+    bed_arrays, bed_span, bed_friction = bed
+    skin_arrays, skin_pairs, skin_last, skin_friction = skin
+    fine_pairs, velocity_pairs, before_pairs = pairs
     if on_bed:
         by_skin[:] = 0.0
     time = h - h
@@ -237,16 +240,21 @@ def _substeps(
                 strap_impulse,
             )
         if on_bed:
-            _push(skin[1], skin[2], by_skin_in_pairs)
-            meet_bed(*bed, by_skin, fine, velocity, before, mobility, h)
+            _push(skin_pairs, skin_last, by_skin_in_pairs)
+            meet_bed(
+                bed_arrays, bed_span, bed_friction, by_skin, fine, velocity, before, mobility, h
+            )
         if on_skin:
-            meet_planes(*skin, *pairs, time, h)
+            meet_planes(
+                skin_arrays, skin_pairs, skin_last, skin_friction, fine_pairs, velocity_pairs,
+                before_pairs, time, h,
+            )
         carried = carry(velocity, before, gathered, coupling, first, last)
         move(fine, velocity, before, spread, carried, h, first, last)
         time += h
 
 
-@fused
+@inlined
 def _push(pairs, last, on_grid):
     """Put the force of the skin in the sub-step before on the grid, in pairs of points."""
     place, force, _ = pairs

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simcore.compiled import compiled, fused
+from simcore.compiled import compiled, inlined
 from simcore.sheet.bed_contact import solve_bed
 from simcore.sheet.contact import PlaneContact
 from simcore.sheet.grid import LANES, SheetGrid
@@ -94,7 +94,7 @@ class GridBed:
         )
 
 
-@fused
+@inlined
 def meet_bed(arrays, span, friction, pushed, fine, velocity, before, mobility, h):
     """Move the vertices that are near the bed through a sub-step: `solve_bed`.
 
@@ -109,7 +109,12 @@ def meet_bed(arrays, span, friction, pushed, fine, velocity, before, mobility, h
         [s]
     """
     law, state, sums = arrays
-    solve_bed(law, state, sums, pushed, fine, velocity, before, mobility, *friction, h, *span)
+    coefficient, epsilon = friction
+    first, last = span
+    solve_bed(
+        law, state, sums, pushed, fine, velocity, before, mobility, coefficient, epsilon, h, first,
+        last,
+    )
 
 
 @compiled

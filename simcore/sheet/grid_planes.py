@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simcore.compiled import compiled, fused, inlined
+from simcore.compiled import compiled, inlined
 from simcore.sheet.contact import ContactForce, PlaneContact
 from simcore.sheet.grid import LANES, SheetGrid
 from simcore.sheet.vertex_contact import (
@@ -124,7 +124,7 @@ class GridPlanes:
         return of_sheet, total, spent
 
 
-@fused
+@inlined
 def meet_planes(arrays, pairs, last, friction, position, velocity, before, time, h):
     """Move the vertices that have a plane through a sub-step: `solve_planes`.
 
@@ -139,26 +139,27 @@ def meet_planes(arrays, pairs, last, friction, position, velocity, before, time,
     """
     law, tie, force, sums, own = arrays
     place, _, own_pairs = pairs
+    coefficient, epsilon = friction
     for axis in range(3):
         take_from_grid(place, last, position[axis], own_pairs[POSITION + axis])
         take_from_grid(place, last, velocity[axis], own_pairs[VELOCITY + axis])
         take_from_grid(place, last, before[axis], own_pairs[BEFORE + axis])
     solve_planes(
         law, tie, force, sums, own[POSITION : POSITION + 3], own[VELOCITY : VELOCITY + 3],
-        own[BEFORE : BEFORE + 3], own[MOBILITY], *friction, time, h, last,
+        own[BEFORE : BEFORE + 3], own[MOBILITY], coefficient, epsilon, time, h, last,
     )
     for axis in range(3):
         put_on_grid(place, last, own_pairs[VELOCITY + axis], velocity[axis])
 
 
-@fused
+@inlined
 def take_from_grid(place, last, of_grid, out):
     """Write what the grid has where the pairs of columns are; all of these in pairs."""
     for pair in range(np.uint64(0), last // np.uint64(2)):
         out[pair] = of_grid[place[pair]]
 
 
-@fused
+@inlined
 def put_on_grid(place, last, values, of_grid):
     """Write the values of pairs of columns where they are; those that fill up are absent ones."""
     for pair in range(np.uint64(0), last // np.uint64(2)):

@@ -16,7 +16,7 @@ OPEN, TIE_SIZE = 3, 4  # after the anchor
 HEAT, SUMS = 3, 6  # after the impulse: heat, work of friction, loss
 
 
-@fused
+@inlined
 def solve_planes(
     law, tie, force, sums, position, velocity, before, mobility, coefficient, epsilon, time, h,
     last,
