@@ -18,11 +18,11 @@ CASES = {
     "fall": ("config/lift_angle.yaml", {"body": "male_172_70", "support_angle_deg": 0.0}),
     "paper": (
         "config/headline.yaml",
-        {"support_angle_deg": 7, "friction_force_n": 0.5, "longest_s": 0.012},
+        {"support_angle_deg": 7, "friction_force_n": 0.5, "longest_s": 0.015},
     ),
     "paper_fall": (
         "config/headline.yaml",
-        {"support_angle_deg": 0, "friction_force_n": 0.5, "longest_s": 0.012},
+        {"support_angle_deg": 0, "friction_force_n": 0.5, "longest_s": 0.015},
     ),
     "sling": (
         "config/sling_stiffness.yaml",
