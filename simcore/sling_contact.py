@@ -93,13 +93,12 @@ class SheetOnSkin:
         steps = scene.method.adaptive_step
         self._motion, self.pace = MOTION * steps.motion_m if steps else np.inf, np.inf
         self._step, self._lag = scene.sling.step, 0.0  # of the last exchange
-        # Of each sheet vertex: the skin vertex that it pressed in the last step, and how.
-        self._pressed = np.full(len(net.mass), -1)
+        # Sheet vertices that pressed in the last step; of each, on which of the skin, and how.
+        self._pressing, self._pressed = np.empty(0, np.int64), np.full(len(net.mass), -1)
         self._direction = np.zeros((len(net.mass), 3))
         self._along, self._across = np.zeros((2, len(net.mass)))
         # By how much planes lead the skin, and how fast that was an exchange before.
         self._lead, self._last_velocity = np.zeros((2, len(net.mass), 3))
-        self._impulse = np.zeros((len(net.mass), 3))
 
     def find(
         self, sheet: SheetState, segments: SegmentViews, skin: np.ndarray,
@@ -137,12 +136,11 @@ class SheetOnSkin:
         That is the impedance times the change of the skin's velocity since the planes were set.
         """
         if self._lag:
-            impulse = self._impulse
-            self.given_back = _not_taken(
-                self._pressed, self._direction, self._along, self._across, skin_velocity,
-                self.planes.surface_velocity, impulse,
+            impulse, self.given_back = _not_taken(
+                self._pressing, self._pressed, self._direction, self._along, self._across,
+                skin_velocity, self.planes.surface_velocity,
             )
-            self.energy_given_back = self._inertia.kick(sheet.velocity, impulse)
+            self.energy_given_back = self._inertia.kick(sheet.velocity, self._pressing, impulse)
 
     def set_planes(
         self, sheet: SheetState, skin: np.ndarray, skin_velocity: np.ndarray, duration: float,
@@ -190,7 +188,7 @@ class SheetOnSkin:
     def refuse_passing(self, time: float) -> None:
         """Raise where a point of the sheet has come to the middle of a limb, or to the bone."""
         tracker = self._tracker
-        passed, left = _least_left(tracker.vertex, tracker.gap, self._room)
+        passed, left = _least_left(self._met, tracker.vertex, tracker.gap, self._room)
         if left <= 0:
             x, y = self._net.rest_position[passed]
             into = segment_of_vertex(self._body, tracker.vertex[passed])
@@ -237,7 +235,7 @@ class SheetOnSkin:
         self.depth_max = -float(self._tracker.gap[point])
         self.deepest = int(self._tracker.vertex[point])
         planes = self.planes
-        self.touched, self.contact_count = _react(
+        self.touched, self._pressing = _react(
             self._met, self._tracker.vertex, of_skin.force, of_skin.normal_force, planes.normal,
             planes.stiffness, planes.damping, planes.tangential_stiffness,
             planes.tangential_damping, self._inertia.local, self._lag, self.touched,
@@ -245,6 +243,7 @@ class SheetOnSkin:
             self.skin_across, self._pressed, self._direction, self._along, self._across,
             self._lead, self._step,
         )
+        self.contact_count = len(self._pressing)
 
 
 @compiled
@@ -266,11 +265,11 @@ def _moving(vertex, gap, pressed, count):
 
 
 @compiled
-def _least_left(vertex, gap, room):
+def _least_left(met, vertex, gap, room):
     """Return the sheet vertex with the least way left to bone or middle, and that way [m]."""
     passed, least = -1, np.inf
-    for p in range(vertex.size):
-        left = gap[p] + room[vertex[p]] if vertex[p] >= 0 else np.inf
+    for p in met:
+        left = gap[p] + room[vertex[p]]
         if left < least:
             passed, least = p, left
     return passed, least
@@ -285,13 +284,13 @@ def _react(
     """Write the opposite of the sheet's contact forces on the skin, and their impedances.
 
     Forces are those of a surface that leads the skin; that it does not is Z times the lead
-    (Eqs. S13 and S15). Returns the skin vertices that are touched, and how many touch them.
+    (Eqs. S13 and S15). Returns the skin vertices that are touched, and what touches them.
     """
     for i in touched_before:
         skin_normal[i] = skin_along[i] = skin_across[i] = 0.0
         for a in range(3):
             skin_force[i, a] = 0.0
-    touched = np.empty(met.size, np.int64)
+    touched, pressing = np.empty(met.size, np.int64), np.empty(met.size, np.int64)
     count = touching = 0
     pressed[:] = -1
     for each in met:
@@ -299,6 +298,7 @@ def _react(
         i = vertex[p]
         if i < 0 or normal_force[p] == 0.0:
             continue
+        pressing[touching] = p
         touching += 1
         if skin_normal[i] == 0.0:
             touched[count] = i
@@ -318,26 +318,21 @@ def _react(
             taken = along[p] * upward + across[p] * (lead[p, a] - upward)
             skin_force[i, a] += taken / step - force[p, a]
             skin_direction[i, a] = direction[p, a] = normal[p, a]
-    return touched[:count].copy(), touching
+    return touched[:count].copy(), pressing[:touching].copy()
 
 
 @compiled
-def _not_taken(
-    pressed, direction, along, across, skin_velocity, skin_velocity_then, impulse
-):
-    """Write what each sheet vertex is given back (m, 3) [N s]; return the sum."""
-    change, total = np.empty(3), np.zeros(3)
-    impulse[:] = 0.0
-    for p in range(pressed.size):
-        i = pressed[p]
-        if i < 0:
-            continue
-        out = 0.0
+def _not_taken(pressing, pressed, direction, along, across, skin_velocity, skin_velocity_then):
+    """Return what sheet vertices are given back (k, 3) [N s], and the sum."""
+    change, total, impulse = np.empty(3), np.zeros(3), np.empty((pressing.size, 3))
+    for e in range(pressing.size):
+        p = pressing[e]
+        i, out = pressed[p], 0.0
         for a in range(3):
             change[a] = skin_velocity[i, a] - skin_velocity_then[p, a]
             out += direction[p, a] * change[a]
         for a in range(3):
             normal = out * direction[p, a]
-            impulse[p, a] = along[p] * normal + across[p] * (change[a] - normal)
-            total[a] += impulse[p, a]
-    return total
+            impulse[e, a] = along[p] * normal + across[p] * (change[a] - normal)
+            total[a] += impulse[e, a]
+    return impulse, total

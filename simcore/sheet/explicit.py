@@ -31,8 +31,8 @@ ADDED_INERTIA_MAX = 40.0
 """Most inertia, over the sheet's mass, that a sub-step may need to be stable [kg]."""
 
 # ASSUME: dashpots of the flesh under 70 kg, some 2,600 N s/m, act on the sheet as a whole at the
-# end of a sub-step, and are stable against more than half of what they take in one: 1.0 kg in
-# 0.4 ms.
+# end of a sub-step, and are stable against more than half of what they take in one: 1.1 kg in
+# 0.42 ms.
 WHOLE_INERTIA = 1.5
 """Added inertia that is left on the motion of the sheet as a whole (Eq. S14) [kg]."""
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from simcore.compiled import compiled
+from simcore.four import put_three, spread, three_of
 
 MODES = 4
 """Motions of a sheet as a whole, k below; loops over them are unrolled."""
@@ -67,47 +68,38 @@ class Inertia:
         alone = self.local @ np.einsum("ij,ij->i", velocity, velocity)
         return float(alone - (carried * (self._taken_off @ carried)).sum()) / 2
 
-    def kick(self, velocity: np.ndarray, impulse: np.ndarray) -> float:
-        """Add M⁻¹ J to velocities (n, 3) for impulses J (n, 3) [N s]; return the energy given [J].
+    def kick(self, velocity: np.ndarray, kicked: np.ndarray, impulse: np.ndarray) -> float:
+        """Add M⁻¹ J to velocities (n, 3) for impulses J (k, 3) [N s] on vertices (k,), each once.
+
+        Returns the energy given [J].
         """
-        return _kick(self.local, self.spread, self.coupling, velocity, impulse)
+        return _kick(self.local, self.spread, self.coupling, velocity, kicked, impulse)
 
 
 @compiled
-def _kick(local, spread, coupling, velocity, impulse):
-    """Implement `Inertia.kick`; most vertices have no impulse of their own."""
+def _kick(local, carried, coupling, velocity, kicked, impulse):
+    """Implement `Inertia.kick`: all vertices move with the whole, those that are kicked beside."""
     taken = np.zeros((MODES, 3))
-    for i in range(local.size):
-        x, y, z = impulse[i, 0], impulse[i, 1], impulse[i, 2]
-        if x == 0.0 and y == 0.0 and z == 0.0:
-            continue
+    for e in range(kicked.size):
         for k in range(MODES):
-            taken[k, 0] += spread[i, k] * x
-            taken[k, 1] += spread[i, k] * y
-            taken[k, 2] += spread[i, k] * z
-    given = coupling @ taken
-    ax, ay, az = given[0, 0], given[0, 1], given[0, 2]
-    bx, by, bz = given[1, 0], given[1, 1], given[1, 2]
-    cx, cy, cz = given[2, 0], given[2, 1], given[2, 2]
-    dx, dy, dz = given[3, 0], given[3, 1], given[3, 2]
-    energy = 0.0
-    for i in range(local.size):
-        x, y, z = impulse[i, 0], impulse[i, 1], impulse[i, 2]
-        u, v, w = velocity[i, 0], velocity[i, 1], velocity[i, 2]
-        a, b, c, d = spread[i, 0], spread[i, 1], spread[i, 2], spread[i, 3]
-        if x == 0.0 and y == 0.0 and z == 0.0:
-            velocity[i, 0] = u + (a * ax + b * bx + c * cx + d * dx)
-            velocity[i, 1] = v + (a * ay + b * by + c * cy + d * dy)
-            velocity[i, 2] = w + (a * az + b * bz + c * cz + d * dz)
-            continue
-        mobility = 1.0 / local[i]
-        x_shift = x * mobility + a * ax + b * bx + c * cx + d * dx
-        y_shift = y * mobility + a * ay + b * by + c * cy + d * dy
-        z_shift = z * mobility + a * az + b * bz + c * cz + d * dz
-        energy += x * (u + 0.5 * x_shift)
-        energy += y * (v + 0.5 * y_shift)
-        energy += z * (w + 0.5 * z_shift)
-        velocity[i, 0], velocity[i, 1], velocity[i, 2] = u + x_shift, v + y_shift, w + z_shift
+            for axis in range(3):
+                taken[k, axis] += carried[kicked[e], k] * impulse[e, axis]
+    given, energy = coupling @ taken, 0.0
+    for e in range(kicked.size):
+        i = kicked[e]
+        for axis in range(3):
+            alone = with_whole = impulse[e, axis] / local[i]
+            for k in range(MODES):
+                with_whole += carried[i, k] * given[k, axis]
+            energy += impulse[e, axis] * (velocity[i, axis] + 0.5 * with_whole)
+            velocity[i, axis] += alone
+    first, second = three_of(given, np.uint64(0)), three_of(given, np.uint64(1))
+    third, fourth = three_of(given, np.uint64(2)), three_of(given, np.uint64(3))
+    for each in range(local.size):
+        i = np.uint64(each)
+        shift = (spread(carried[i, 0]) * first + spread(carried[i, 1]) * second) + (
+            spread(carried[i, 2]) * third + spread(carried[i, 3]) * fourth)
+        put_three(three_of(velocity, i) + shift, velocity, i)
     return energy
 
 
