@@ -73,8 +73,9 @@ reassociated = njit(cache=True, error_model="numpy", fastmath={"contract", "reas
 lanes. On one machine they are the same each time."""
 
 inlined = njit(cache=True, error_model="numpy", inline="always")
-"""Decorator of what kernels call for every point: put into each of them, where calls would cost as
-much as what they do. It can be called from Python as well."""
+"""Decorator of what kernels call for every point, and of what only passes on to others: put into
+each of them, where calls would cost as much as what they do, or take long to compile. It can be
+called from Python as well."""
 
 _save = IndexDataCacheFile.save
 

@@ -13,6 +13,7 @@ from test_workflow import Project
 from tiny_project import ROOT, STUDY, make_project
 from typer.testing import CliRunner
 
+from simcore.bench import with_values
 from simcore.certificate import (
     FIGURES,
     TOLERANCES,
@@ -23,7 +24,7 @@ from simcore.certificate import (
 )
 from simcore.cli import app
 from simcore.config import VARIANTS, Design, load_study, refined, variants_of
-from simcore.config.paths import leaf_paths, set_value
+from simcore.config.paths import leaf_paths
 from simcore.dataset import open_dataset, row
 from simcore.errors import DesignError
 from simcore.jobs import jobs_of
@@ -60,15 +61,8 @@ def leaves(design: Design) -> dict:
     return {".".join(path): at(tree, path) for path in leaf_paths(tree)}
 
 
-def with_method(design: Design, changes: dict) -> Design:
-    tree = design.model_dump()
-    for key, value in changes.items():
-        set_value(tree, f"method.{key}", value)
-    return Design.model_validate(tree)
-
-
 STEP, SHEET_STEP = "method.time_step_s", "method.sheet.step_s"
-FIXED = {"adaptive_step": None, "time_step_s": 0.002}
+FIXED = {"method.adaptive_step": None, "method.time_step_s": 0.002}
 STEPS = {f"method.adaptive_step.{key}" for key in ("longest_s", "shortest_s", "motion_m")}
 
 
@@ -78,14 +72,14 @@ STEPS = {f"method.adaptive_step.{key}" for key in ("longest_s", "shortest_s", "m
         ("lift", {}, STEPS, "device.surface.vertex_count"),
         ("lift", FIXED, {STEP}, "device.surface.vertex_count"),
         ("sling", {}, {*STEPS, SHEET_STEP}, "device.sheet.vertex_count"),
-        ("sling", {"sheet.solver": {"kind": "explicit", "substep_s": 1e-4}},
+        ("sling", {"method.sheet.solver": {"kind": "explicit", "substep_s": 1e-4}},
          {*STEPS, SHEET_STEP, "method.sheet.solver.substep_s"}, "device.sheet.vertex_count"),
-        ("sling", FIXED | {"sheet.solver": {"kind": "liu", "tolerance": 1e-3}},
+        ("sling", FIXED | {"method.sheet.solver": {"kind": "liu", "tolerance": 1e-3}},
          {STEP, SHEET_STEP}, "device.sheet.vertex_count"),
     ],
 )  # fmt: skip
 def test_a_variant_differs_in_what_it_refines_alone(candidates, kind, changes, steps, mesh):
-    design = with_method(candidates[kind].design, changes)
+    design = with_values(candidates[kind].design, changes)
     before = leaves(design)
     expected = {"half_step": (steps, 0.5), "twice_skin": ({"body.skin_vertices"}, 2),
                 "twice_device": ({mesh}, 2)}

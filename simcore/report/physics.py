@@ -47,6 +47,8 @@ SKIN_AND_BED_SECTION = (
 """The same where the sheet too has a contact of its own: the start alone is left of it."""
 
 WHERE_NONE = {
+    "method.time_step_s": "as the motion allows",
+    "method.adaptive_step": "all steps alike",
     "method.contact.flesh": "by body region",
     "method.sheet.contact": "that of the skin, and the bed's",
     "method.sheet.solver.substep_s": "the longest that is safe",

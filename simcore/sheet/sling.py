@@ -37,7 +37,7 @@ class Sling:
     law : SheetPenalty or None
         Contact of the sheet with skin and bed; none: the method's contact, and the bed's own.
     step : float
-        Time between exchanges of forces with the body [s].
+        Time between exchanges of forces with the body, the longest where steps are adaptive [s].
     bed : Bed
     """
 
