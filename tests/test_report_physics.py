@@ -67,7 +67,10 @@ def test_physics_of_the_lift_in_production(tmp_path):
     assert dict(tables["Joints"].rows) == {"passive": "anatomical", "muscle tone": "1"}
     assert {row[0] for row in tables["Joint gains"].rows} >= {"hip", "neck", "toe"}
     assert len(tables["Joint gains"].rows) == 10
-    assert dict(tables["Method"].rows)["integrator"] == "implicit"
+    method = dict(tables["Method"].rows)
+    assert method["integrator"] == "implicit"
+    assert method["time step"] == "as the motion allows"
+    assert method["adaptive step motion"] == "4 mm"
     assert "Simulation of the sheet" not in tables  # the method has one, the lift has not
 
 
